@@ -45,11 +45,12 @@ fn generate() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-env-changed=BRISTLE_DERIVATION");
     let directory = PathBuf::from(env::var("OUT_DIR")?);
     let derivation = variable("BRISTLE_DERIVATION")?.unwrap_or_default();
-    let (kernels, maker, again) = match derivation.as_str() {
-        "" | "built-in" => (kernels()?, MAKER.into(), "cargo build"),
+    let (kernels, maker, again, engine) = match derivation.as_str() {
+        "" | "built-in" => (kernels()?, MAKER.into(), "cargo build", "built-in"),
         "casadi" => {
             let (kernels, maker) = casadi_kernels(&directory)?;
-            (kernels, maker, "BRISTLE_DERIVATION=casadi cargo build")
+            let again = "BRISTLE_DERIVATION=casadi cargo build";
+            (kernels, maker, again, "CasADi")
         }
         other => {
             return Err(format!(
@@ -78,6 +79,7 @@ fn generate() -> Result<(), Box<dyn Error>> {
         "cargo::rustc-env=BRISTLE_SOLVER={}",
         solver_fingerprint(&[&source, &series])?
     );
+    println!("cargo::rustc-env=BRISTLE_ENGINE={engine}");
     println!(
         "cargo::rustc-env=BRISTLE_MAKER={}",
         maker.lines().next().unwrap_or_default()

@@ -152,5 +152,12 @@ def accelerations(
 ) -> _Floats: ...
 def evaluate(input: Input, state: str) -> str: ...
 def derive(
-    segments: int | None, planar: bool, format: str
+    input: Input | None,
+    segments: int | None,
+    planar: bool,
+    uniform: bool,
+    straight: bool,
+    format: str,
+    fragment: bool,
+    width_mm: float | None,
 ) -> tuple[str | None, dict[str, str]]: ...

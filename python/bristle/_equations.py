@@ -134,27 +134,46 @@ def evaluate(settings: Settings, state: Mapping[str, Any]) -> Evaluation:
 
 @overload
 def derive(
-    segments: int | None = 2,
+    segments: int | Settings | None = 2,
     *,
     planar: bool = False,
+    uniform: bool = False,
+    straight: bool = False,
     format: Literal["math", "latex", "markdown", "rust", "rust-f64", "json", "numpy"] = "math",
+    fragment: bool = False,
+    width_mm: float | None = None,
 ) -> str: ...
 @overload
 def derive(
-    segments: int | None = 2,
+    segments: int | Settings | None = 2,
     *,
     planar: bool = False,
+    uniform: bool = False,
+    straight: bool = False,
     format: Literal["c", "matlab"],
+    fragment: bool = False,
+    width_mm: float | None = None,
 ) -> dict[str, str]: ...
 @overload
 def derive(
-    segments: int | None = 2,
+    segments: int | Settings | None = 2,
     *,
     planar: bool = False,
+    uniform: bool = False,
+    straight: bool = False,
     format: Literal["sympy"],
+    fragment: bool = False,
+    width_mm: float | None = None,
 ) -> dict[str, Any]: ...
 def derive(
-    segments: int | None = 2, *, planar: bool = False, format: str = "math"
+    segments: int | Settings | None = 2,
+    *,
+    planar: bool = False,
+    uniform: bool = False,
+    straight: bool = False,
+    format: str = "math",
+    fragment: bool = False,
+    width_mm: float | None = None,
 ) -> str | dict[str, str] | dict[str, Any]:
     """The equations of motion as text, or as matrices of SymPy: ``bristle derive``.
 
@@ -164,22 +183,37 @@ def derive(
     (1, 1)
 
     Args:
-        segments: Number of segments; ``None`` for the kernels of one segment and one
-            joint that the solver loops over.
+        segments: Number of segments. Or settings, for the equations of their filament:
+            ``planar`` if it stays in the plane of rotation, ``uniform`` if it is a
+            cylinder, ``straight`` if it has no waves. ``None`` for the kernels of one
+            segment and one joint that the solver loops over.
         planar: Whether the filament moves in the plane of rotation.
+        uniform: Whether it is a cylinder, with one mass, inertia, stiffness and
+            damping; for ``"math"``, ``"latex"``, ``"markdown"`` and ``"sympy"``.
+        straight: Whether it has no relaxed angles, in these formats.
         format: ``"math"``, ``"latex"``, ``"markdown"``, ``"rust"``,
             ``"rust-f64"``, ``"numpy"``, ``"json"``, the graph (``docs/library.md``),
             ``"c"``, ``"matlab"`` or ``"sympy"``, which must be installed.
+        fragment: Whether LaTeX has the equations alone, for a paper: with vectors,
+            matrices and labels, without preamble and sentences.
+        width_mm: Width of the text of the paper in mm, in type of 10 pt; by default
+            121, as in LaTeX's ``article``.
 
     Returns:
         A text; of C and MATLAB the texts of several files by their names; of SymPy the
         matrices by the names of the functions that make them (``docs/library.md``).
 
     Raises:
-        ValueError: If there is no such format or number of segments.
+        ValueError: If there is no such format, number of segments or width, or the
+            equations do not have the shape in this format.
     """
-    number = arguments.whole_or_none("segments", segments, 1)
-    text, files = _bristle.derive(number, planar, format)
+    stated = checked(segments) if isinstance(segments, Settings) else None
+    number = (
+        arguments.whole_or_none("segments", segments, 1) if stated is None else None
+    )
+    text, files = _bristle.derive(
+        stated, number, planar, uniform, straight, format, fragment, width_mm
+    )
     if text is None:
         return files
     if format != "sympy":

@@ -7,8 +7,12 @@ use bristle::model::parameters::Parameter;
 use bristle::model::settings::FilamentSettings;
 use bristle::simulation::Stop;
 use bristle::tool::radial_clamp;
+use bristle_grid::tentative;
 use bristle_inspect::batch::{Batch, BatchError, Member};
-use bristle_inspect::derive::{DeriveFormat, Derived, Equations, Motion, Shape, derive as derived};
+use bristle_inspect::derive::{
+    ARTICLE_WIDTH_MM, DeriveFormat, Derived, Equations, Motion, Shape, derive as derived,
+    derive_fragment,
+};
 use bristle_inspect::evaluation;
 use bristle_inspect::state::parse_state;
 use numpy::{
@@ -16,7 +20,7 @@ use numpy::{
 };
 use pyo3::prelude::*;
 
-use crate::error::of_value;
+use crate::error::{of_input, of_value};
 use crate::input::Input;
 use crate::interrupt::{Watch, unseen};
 
@@ -118,36 +122,21 @@ pub fn evaluate(py: Python<'_>, input: &Input, state: String) -> PyResult<String
     serde_json::to_string(&evaluation.map_err(of_value)?).map_err(of_value)
 }
 
-/// What `bristle derive` writes, one text or several files by their names: the equations of so many
-/// segments, or the kernels without them.
+/// What `bristle derive` writes, one text or several files by their names: the equations of the
+/// filament that an input states, or of so many segments, or the kernels without either.
 #[pyfunction]
+#[allow(clippy::too_many_arguments, reason = "the switches of the program")]
 pub fn derive(
     py: Python<'_>,
+    input: Option<&Input>,
     segments: Option<usize>,
     planar: bool,
+    uniform: bool,
+    straight: bool,
     format: &str,
+    fragment: bool,
+    width_mm: Option<f64>,
 ) -> PyResult<(Option<String>, BTreeMap<String, String>)> {
-    if let Some(segments) = segments {
-        let parameter =
-            Parameter::find("filament.segments").ok_or_else(|| of_value("no segments"))?;
-        parameter
-            .check(segments as f64)
-            .map_err(|_| of_value(format!("segments must be {}", parameter.allowed())))?;
-    }
-    let motion = if planar {
-        Motion::Planar
-    } else {
-        Motion::Spatial
-    };
-    let equations = match segments {
-        Some(segments) => Equations::Whole {
-            segments,
-            motion,
-            shape: Shape::default(),
-        },
-        None if planar => Equations::PlanarKernels,
-        None => Equations::Kernels,
-    };
     let format = DeriveFormat::find(format).ok_or_else(|| {
         let names = DeriveFormat::ALL
             .iter()
@@ -155,8 +144,39 @@ pub fn derive(
             .collect::<Vec<_>>();
         of_value(format!("the format must be one of {}", names.join(", ")))
     })?;
+    if fragment && format != DeriveFormat::Latex {
+        return Err(of_value(
+            "a fragment is a part of a LaTeX document: choose the format \"latex\"",
+        ));
+    }
+    if width_mm.is_some() && !fragment {
+        return Err(of_value("width_mm is that of a fragment"));
+    }
+    let equations = match (input, segments) {
+        (Some(input), _) => {
+            let settings = input.document()?.first_settings().map_err(of_input)?;
+            Equations::of(&tentative(settings))
+        }
+        (None, Some(segments)) => of_segments(segments)?,
+        (None, None) => Equations::Kernels,
+    };
+    let shape = Shape {
+        is_straight: straight,
+        is_cylinder: uniform,
+    };
+    let equations = equations.of_shape(shape, format).map_err(of_value)?;
+    let equations = if planar {
+        equations.in_plane()
+    } else {
+        equations
+    };
     unseen(py, move || {
-        Ok(match derived(equations, format).map_err(of_value)? {
+        let written = if fragment {
+            derive_fragment(equations, width_mm.unwrap_or(ARTICLE_WIDTH_MM))
+        } else {
+            derived(equations, format)
+        };
+        Ok(match written.map_err(of_value)? {
             Derived::Text(text) => {
                 let mut written = Vec::new();
                 text.write(&mut written)?;
@@ -174,4 +194,17 @@ pub fn derive(
             ),
         })
     })?
+}
+
+/// The whole equations in space of this many segments.
+fn of_segments(segments: usize) -> PyResult<Equations> {
+    let parameter = Parameter::find("filament.segments").ok_or_else(|| of_value("no segments"))?;
+    parameter
+        .check(segments as f64)
+        .map_err(|_| of_value(format!("segments must be {}", parameter.allowed())))?;
+    Ok(Equations::Whole {
+        segments,
+        motion: Motion::Spatial,
+        shape: Shape::default(),
+    })
 }

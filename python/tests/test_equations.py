@@ -70,8 +70,37 @@ def test_the_equations_have_several_forms() -> None:
         bristle.derive(1, format="word")  # type: ignore[call-overload]
 
 
+def test_settings_have_the_equations_of_their_filament(
+    settings: bristle.Settings,
+) -> None:
+    short = settings.replace(filament={"segments": 3})
+    assert bristle.derive(short, format="latex") == bristle.derive(
+        3, planar=True, uniform=True, straight=True, format="latex"
+    )
+    tapered = short.replace(filament={"tip_diameter_m": 0.5e-3})
+    assert bristle.derive(tapered) == bristle.derive(3, planar=True, straight=True)
+    with pytest.raises(ValueError, match="any filament"):
+        bristle.derive(3, uniform=True, format="c")
+    with pytest.raises(ValueError, match="any filament"):
+        bristle.derive(None, straight=True)
+
+
+def test_a_paper_gets_a_fragment() -> None:
+    fragment = bristle.derive(2, format="latex", fragment=True, width_mm=70)
+    assert "--fragment --width 70mm" in fragment and "\\documentclass" not in fragment
+    with pytest.raises(ValueError, match="width"):
+        bristle.derive(2, format="latex", fragment=True, width_mm=10)
+    with pytest.raises(ValueError, match="fragment"):
+        bristle.derive(2, format="latex", width_mm=70)
+    with pytest.raises(ValueError, match="latex"):
+        bristle.derive(2, fragment=True)
+
+
 def test_sympy_gets_matrices(settings: bristle.Settings) -> None:
     sympy = pytest.importorskip("sympy")
     mass = bristle.derive(2, planar=True, format="sympy")["planar_mass_matrix"]
     assert mass.shape == (2, 2)
     assert sympy.simplify(mass - mass.T) == sympy.zeros(2, 2)
+    uniform = bristle.derive(2, planar=True, uniform=True, format="sympy")
+    names = {str(symbol) for symbol in uniform["planar_mass_matrix"].free_symbols}
+    assert "segment_mass" in names and "segment_mass_1" not in names

@@ -44,6 +44,15 @@ pub const FINGERPRINT: &str = env!("BRISTLE_FINGERPRINT");
 /// The generator of [`kernels`] and its source.
 pub const MAKER: &str = env!("BRISTLE_MAKER");
 
+/// Version of this build, with the derivation of its [`kernels`]: `1.2.3 (built-in derivation)` or
+/// `1.2.3 (CasADi derivation)`.
+pub const VERSION: &str = concat!(
+    env!("CARGO_PKG_VERSION"),
+    " (",
+    env!("BRISTLE_ENGINE"),
+    " derivation)"
+);
+
 /// Kernels of one segment and one joint, derived and emitted by the build step.
 pub mod kernels {
     use super::Real;

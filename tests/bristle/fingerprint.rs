@@ -4,6 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use bristle::equations::VERSION;
 use bristle::simulation::SOLVER_FINGERPRINT;
 use bristle_codegen::fingerprint::{digest, locked, sources};
 
@@ -71,4 +72,18 @@ fn every_source_of_the_core_changes_the_hash_of_the_solver() {
     assert_eq!(hash(), unchanged);
     fs::rename(copied.join("lib.rs"), copied.join("elsewhere.rs")).expect("a new name");
     assert_ne!(hash(), unchanged, "names count");
+}
+
+#[test]
+fn the_version_names_the_derivation_of_the_kernels() {
+    let made_by = KERNELS.lines().nth(1).expect("a header");
+    let engine = if made_by.contains("CasADi") {
+        "CasADi"
+    } else {
+        "built-in"
+    };
+    assert!(
+        VERSION.ends_with(&format!(" ({engine} derivation)")),
+        "{VERSION}"
+    );
 }

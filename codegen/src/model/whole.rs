@@ -180,11 +180,21 @@ impl WholeEquations {
         let vector = |name: &str, doc: &str, symbols: Vec3| {
             group(name, doc, symbols[..motion.axes()].to_vec())
         };
-        let bodies = |name: &str, doc: &str, of: fn(&Body) -> NodeId| {
-            group(name, doc, parameters.bodies.iter().map(of).collect())
+        // A cylinder has one constant for all segments, and the joint of its clamp twice that.
+        let constants = |name: &str, letter: char, unit: &str, symbols: Vec<NodeId>| {
+            if self.shape.is_cylinder {
+                Input::symbols(graph, name, &format!("{letter} in {unit}"), &[name])
+            } else {
+                group(name, &format!("{letter}1, {letter}2, … in {unit}"), symbols)
+            }
         };
-        let hinges = |name: &str, doc: &str, of: fn(&Hinge) -> NodeId| {
-            group(name, doc, parameters.hinges.iter().map(of).collect())
+        let bodies = |name: &str, letter: char, unit: &str, of: fn(&Body) -> NodeId| {
+            let symbols = parameters.bodies.iter().map(of).collect();
+            constants(name, letter, unit, symbols)
+        };
+        let hinges = |name: &str, letter: char, unit: &str, of: fn(&Hinge) -> NodeId| {
+            let symbols = parameters.hinges.iter().map(of).collect();
+            constants(name, letter, unit, symbols)
         };
         let [coordinates, rates] = self.variables();
         let [coordinates_doc, rates_doc] = match motion {
@@ -216,22 +226,17 @@ impl WholeEquations {
                 "h in m",
                 vec![parameters.bodies[0].length],
             ),
-            bodies("segment_mass", "m1, m2, … in kg", |body| body.mass),
-            bodies("segment_inertia", "J1, J2, … in kg m²", |body| {
-                body.inertia
-            }),
-            hinges("joint_stiffness", "c1, c2, … in N m", |hinge| {
-                hinge.stiffness
-            }),
-            hinges("joint_damping", "d1, d2, … in N m s", |hinge| {
-                hinge.damping
-            }),
-            hinges("relaxed_angle", "κ1, κ2, … in rad", |hinge| {
-                hinge.relaxed_angle
-            }),
+            bodies("segment_mass", 'm', "kg", |body| body.mass),
+            bodies("segment_inertia", 'J', "kg m²", |body| body.inertia),
+            hinges("joint_stiffness", 'c', "N m", |hinge| hinge.stiffness),
+            hinges("joint_damping", 'd', "N m s", |hinge| hinge.damping),
         ];
+        let relaxed = (!self.shape.is_straight).then(|| {
+            let angles = parameters.hinges.iter().map(|hinge| hinge.relaxed_angle);
+            group("relaxed_angle", "κ1, κ2, … in rad", angles.collect())
+        });
         let own = self.constants.iter();
         let own = own.map(|(name, doc)| Input::symbols(graph, name, doc, &[name]));
-        inputs.into_iter().chain(own).collect()
+        inputs.into_iter().chain(relaxed).chain(own).collect()
     }
 }

@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use bristle::equations::VERSION;
 use bristle_input::schema::input_schema;
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -73,7 +74,7 @@ Begin: `bristle new brush.toml`, then `bristle study brush.toml --out results`.
 
 /// Contact forces of brushing tools, from the equations of motion of one filament.
 #[derive(Parser)]
-#[command(name = "bristle", version, after_help = EXAMPLES)]
+#[command(name = "bristle", version = VERSION, after_help = EXAMPLES)]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,

@@ -5,7 +5,6 @@ use std::fmt::{self, Display, Formatter};
 use bristle_codegen::back::json::{self, from_json};
 use bristle_codegen::compare::{self, Deviation, compare, whole_chain};
 use bristle_codegen::ir::kernel::Kernel;
-use bristle_codegen::model::whole::Purpose;
 
 use bristle::model::parameters::MAX_SEGMENTS;
 
@@ -60,7 +59,7 @@ pub fn compare_graph(
             "the equations have {segments} segments; at most {MAX_SEGMENTS} can be derived"
         ));
     }
-    let expected = equations.derived(Purpose::Computing)?;
+    let expected = equations.for_computing()?;
     let deviations = compare(&expected, &file.kernels, states, which, seed)?;
     Ok(Comparison {
         generator: file.generator,

@@ -2,9 +2,13 @@
 //! for other programs.
 
 use std::io::{self, Write};
+use std::ops::RangeInclusive;
 
 use crate::languages::{self, SourceFile};
 use crate::print::{self, PageForm, Walkthrough};
+use bristle::equations::VERSION;
+use bristle::model::settings::Settings;
+use bristle::simulation::{Form, Pass};
 use bristle_codegen::MAKER;
 use bristle_codegen::back::json::to_json;
 use bristle_codegen::back::source::Origin;
@@ -14,7 +18,7 @@ use bristle_codegen::model::whole::{Purpose, whole_kernels};
 
 pub use bristle_codegen::model::chain::{Motion, Shape};
 
-/// The generator stated in an exported graph.
+/// The engine, in an exported graph.
 const GENERATOR: &str = concat!("bristle-codegen ", env!("CARGO_PKG_VERSION"));
 
 /// Pages of LaTeX that the whole equations take, over the cube of the number of segments: measured
@@ -31,8 +35,8 @@ pub enum Equations {
         segments: usize,
         /// How the chain moves.
         motion: Motion,
-        /// What the equations for people need not state. Those for programs take the constants of
-        /// any filament.
+        /// Shape of the filament, whose constants the forms for reading state. The forms for
+        /// programs take the constants of any filament.
         shape: Shape,
     },
     /// All kernels of one segment and one joint, which the solver loops over: for motion in space,
@@ -43,24 +47,102 @@ pub enum Equations {
 }
 
 impl Equations {
-    /// The command that derives them.
-    fn command(self, format: DeriveFormat) -> String {
-        let equations = match self {
-            Self::Whole { shape, .. } if shape != Shape::default() => "FILE.toml".into(),
+    /// Returns the whole equations of the filament of `settings`, in the plane of rotation if its
+    /// tool, clamp, workpiece and gravity keep it there.
+    #[must_use]
+    pub fn of(settings: &Settings) -> Self {
+        let motion = match Pass::new(settings).form() {
+            Form::Planar => Motion::Planar,
+            Form::Spatial => Motion::Spatial,
+        };
+        let filament = &settings.filament;
+        Self::Whole {
+            segments: filament.segments,
+            motion,
+            shape: Shape {
+                is_straight: filament.waviness_amplitude_m == 0.0,
+                is_cylinder: filament.tip_diameter_m() == filament.diameter_m,
+            },
+        }
+    }
+
+    /// Returns those for motion in the plane of rotation.
+    #[must_use]
+    pub fn in_plane(self) -> Self {
+        match self {
             Self::Whole {
-                segments,
-                motion: Motion::Spatial,
-                ..
-            } => format!("--segments {segments}"),
-            Self::Whole {
+                segments, shape, ..
+            } => Self::Whole {
                 segments,
                 motion: Motion::Planar,
-                ..
-            } => format!("--segments {segments} --planar"),
-            Self::Kernels => "--kernels".into(),
-            Self::PlanarKernels => "--kernels --planar".into(),
+                shape,
+            },
+            Self::Kernels | Self::PlanarKernels => Self::PlanarKernels,
+        }
+    }
+
+    /// Returns those for filaments of `required`, in addition to their own shape.
+    ///
+    /// # Errors
+    /// If the shape is required of kernels, or of a `format` for programs, which both take the
+    /// constants of any filament.
+    pub fn of_shape(self, required: Shape, format: DeriveFormat) -> Result<Self, String> {
+        match self {
+            _ if required == Shape::default() => Ok(self),
+            Self::Whole {
+                segments,
+                motion,
+                shape,
+            } if format.is_for_reading() => Ok(Self::Whole {
+                segments,
+                motion,
+                shape: Shape {
+                    is_straight: shape.is_straight || required.is_straight,
+                    is_cylinder: shape.is_cylinder || required.is_cylinder,
+                },
+            }),
+            Self::Whole { .. } => Err(format!(
+                "{} takes the constants of any filament: leave out uniform and straight, or choose another format",
+                format.name()
+            )),
+            Self::Kernels | Self::PlanarKernels => {
+                Err("the kernels are those of any filament: leave out uniform and straight".into())
+            }
+        }
+    }
+
+    /// The command that derives them: the same for a file and for its number of segments, motion
+    /// and shape.
+    fn command(self, format: DeriveFormat) -> String {
+        let mut command = "bristle derive".to_owned();
+        let (is_planar, shape) = match self {
+            Self::Whole {
+                segments,
+                motion,
+                shape,
+            } => {
+                command += &format!(" --segments {segments}");
+                (motion == Motion::Planar, shape)
+            }
+            Self::Kernels | Self::PlanarKernels => {
+                command += " --kernels";
+                (self == Self::PlanarKernels, Shape::default())
+            }
         };
-        format!("bristle derive {equations} --format {}", format.name())
+        let is_read = format.is_for_reading();
+        let switches = [
+            (is_planar, "--planar"),
+            (is_read && shape.is_cylinder, "--uniform"),
+            (is_read && shape.is_straight, "--straight"),
+        ];
+        for (_, switch) in switches.iter().filter(|(is_on, _)| *is_on) {
+            command += &format!(" {switch}");
+        }
+        command += &format!(" --format {}", format.name());
+        if format.has_files() {
+            command += " --out .";
+        }
+        command
     }
 
     /// Their title.
@@ -94,22 +176,30 @@ impl Equations {
             Motion::Spatial => PAGES_PER_CUBE,
             Motion::Planar => PLANAR_PAGES_PER_CUBE,
         };
-        let is_read = matches!(
-            format,
-            DeriveFormat::Math | DeriveFormat::Latex | DeriveFormat::Markdown
-        );
-        is_read.then(|| (share * (segments as f64).powi(3)).ceil() as usize)
+        let is_page = format.is_for_reading() && format != DeriveFormat::Sympy;
+        is_page.then(|| (share * (segments as f64).powi(3)).ceil() as usize)
     }
 
-    /// Derives them.
+    /// Derives them as shared structure of any filament, for programs.
     ///
     /// # Errors
     /// If a term of the derivation makes no physical sense.
-    pub(crate) fn derived(self, purpose: Purpose) -> Result<Vec<Kernel>, String> {
+    pub(crate) fn for_computing(self) -> Result<Vec<Kernel>, String> {
+        self.derived(|_| Purpose::Computing)
+    }
+
+    /// Derives them as sums of products, for their shape.
+    fn for_reading(self) -> Result<Vec<Kernel>, String> {
+        self.derived(Purpose::ReadingOf)
+    }
+
+    fn derived(self, purpose: impl Fn(Shape) -> Purpose) -> Result<Vec<Kernel>, String> {
         match self {
             Self::Whole {
-                segments, motion, ..
-            } => whole_kernels(segments, motion, purpose),
+                segments,
+                motion,
+                shape,
+            } => whole_kernels(segments, motion, purpose(shape)),
             Self::Kernels => kernels(),
             Self::PlanarKernels => planar_kernels(),
         }
@@ -165,6 +255,21 @@ impl DeriveFormat {
         self.words()[1]
     }
 
+    /// True for the forms in which equations are sums of products of the constants: those that
+    /// people read, and that of SymPy.
+    #[must_use]
+    pub fn is_for_reading(self) -> bool {
+        matches!(
+            self,
+            Self::Math | Self::Latex | Self::Markdown | Self::Sympy
+        )
+    }
+
+    /// True for the forms that are several files.
+    fn has_files(self) -> bool {
+        matches!(self, Self::C | Self::Matlab)
+    }
+
     /// The form of this name.
     #[must_use]
     pub fn find(name: &str) -> Option<Self> {
@@ -207,28 +312,37 @@ impl Document {
     /// # Errors
     /// If `out` cannot be written to.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        let maker = maker();
         match &self.0 {
             Content::Text(text) => out.write_all(text.as_bytes()),
-            Content::Page {
-                form,
-                equations:
-                    Equations::Whole {
-                        segments,
-                        motion,
-                        shape,
-                    },
-                kernels,
-                again,
-            } => print::equations(out, *form, *segments, *motion, *shape, kernels, again),
             Content::Page {
                 form,
                 equations,
                 kernels,
                 again,
-            } => print::kernels(out, *form, &equations.title(), kernels, again),
-            Content::Walkthrough { walkthrough, again } => walkthrough.write(out, again),
+            } => {
+                let origin = Origin {
+                    title: &equations.title(),
+                    maker: &maker,
+                    again,
+                };
+                match *equations {
+                    Equations::Whole {
+                        segments,
+                        motion,
+                        shape,
+                    } => print::equations(out, *form, segments, motion, shape, kernels, origin),
+                    _ => print::kernels(out, *form, kernels, origin),
+                }
+            }
+            Content::Walkthrough { walkthrough, again } => walkthrough.write(out, &maker, again),
         }
     }
+}
+
+/// The engine that derives the equations, and the program with the derivation that built it.
+fn maker() -> String {
+    format!("{MAKER}, in bristle {VERSION}")
 }
 
 const NO_SEGMENTS: &str = "a filament must have at least one segment";
@@ -238,32 +352,28 @@ const NO_SEGMENTS: &str = "a filament must have at least one segment";
 /// # Errors
 /// If there are no segments, or a form cannot be written.
 pub fn derive(equations: Equations, format: DeriveFormat) -> Result<Derived, String> {
-    if matches!(equations, Equations::Whole { segments: 0, .. }) {
-        return Err(NO_SEGMENTS.to_owned());
-    }
     let again = equations.command(format);
     let title = format!("{}.", equations.title());
+    let maker = maker();
     let origin = Origin {
         title: &title,
-        maker: MAKER,
+        maker: &maker,
         again: &again,
     };
-    let computing = || equations.derived(Purpose::Computing);
+    check(equations)?;
+    let computing = || equations.for_computing();
     Ok(match format {
-        DeriveFormat::Math => for_people(equations, PageForm::Text, again.clone())?,
-        DeriveFormat::Latex => for_people(equations, PageForm::Latex, again.clone())?,
-        DeriveFormat::Markdown => for_people(equations, PageForm::Markdown, again.clone())?,
+        DeriveFormat::Math => for_people(equations, PageForm::Text, again)?,
+        DeriveFormat::Latex => for_people(equations, PageForm::Latex, again)?,
+        DeriveFormat::Markdown => for_people(equations, PageForm::Markdown, again)?,
         DeriveFormat::Json => text(
-            to_json(&computing()?, GENERATOR)
+            to_json(&computing()?, &format!("{GENERATOR}, in bristle {VERSION}"))
                 .map_err(|error| format!("cannot write the graph as JSON: {error}"))?,
         ),
         DeriveFormat::Rust => text(languages::rust::emit_generic(&computing()?, origin)?),
         DeriveFormat::RustF64 => text(languages::rust::emit(&computing()?, origin)?),
         DeriveFormat::Numpy => text(languages::numpy::emit(&computing()?, origin)?),
-        DeriveFormat::Sympy => text(languages::sympy::emit(
-            &equations.derived(Purpose::Reading)?,
-            origin,
-        )?),
+        DeriveFormat::Sympy => text(languages::sympy::emit(&equations.for_reading()?, origin)?),
         DeriveFormat::C => Derived::Files(languages::c::emit(&computing()?, origin)?),
         DeriveFormat::Matlab => {
             let mut files = languages::matlab::emit(&computing()?, origin)?;
@@ -278,17 +388,41 @@ pub fn derive(equations: Equations, format: DeriveFormat) -> Result<Derived, Str
     })
 }
 
+/// Widths of the text that equations for a paper can have, in mm.
+pub const FRAGMENT_WIDTHS_MM: RangeInclusive<f64> = 65.0..=300.0;
+/// Width of the text of LaTeX's class `article`, in mm.
+pub const ARTICLE_WIDTH_MM: f64 = 121.0;
+/// An em of type of 10 pt, in mm.
+const EM_MM: f64 = 10.0 * 25.4 / 72.27;
+
 /// Derives `equations` as LaTeX for a paper: without a preamble or sentences, with vectors,
-/// matrices and labels.
+/// matrices and labels, on lines of at most `width_mm` in type of 10 pt.
 ///
 /// # Errors
-/// If there are no segments.
-pub fn derive_fragment(equations: Equations) -> Result<Derived, String> {
-    if matches!(equations, Equations::Whole { segments: 0, .. }) {
-        return Err(NO_SEGMENTS.to_owned());
+/// If there are no segments, or the width is not one of [`FRAGMENT_WIDTHS_MM`].
+pub fn derive_fragment(equations: Equations, width_mm: f64) -> Result<Derived, String> {
+    if !FRAGMENT_WIDTHS_MM.contains(&width_mm) {
+        let [least, most] = [FRAGMENT_WIDTHS_MM.start(), FRAGMENT_WIDTHS_MM.end()];
+        return Err(format!(
+            "the width of a fragment must be {least} mm to {most} mm"
+        ));
     }
-    let again = format!("{} --fragment", equations.command(DeriveFormat::Latex));
-    for_people(equations, PageForm::Fragment, again)
+    check(equations)?;
+    // The command states it in few digits.
+    let width_mm = (width_mm * 1e2).round() / 1e2;
+    let mut again = format!("{} --fragment", equations.command(DeriveFormat::Latex));
+    if width_mm != ARTICLE_WIDTH_MM {
+        again += &format!(" --width {width_mm}mm");
+    }
+    let width = (width_mm / EM_MM * 1e3) as usize;
+    for_people(equations, PageForm::Fragment { width }, again)
+}
+
+fn check(equations: Equations) -> Result<(), String> {
+    match equations {
+        Equations::Whole { segments: 0, .. } => Err(NO_SEGMENTS.into()),
+        _ => Ok(()),
+    }
 }
 
 fn text(text: String) -> Derived {
@@ -298,21 +432,17 @@ fn text(text: String) -> Derived {
 fn for_people(equations: Equations, form: PageForm, again: String) -> Result<Derived, String> {
     Ok(Derived::Text(Document(match equations {
         Equations::Whole {
-            segments, motion, ..
+            segments,
+            motion,
+            shape,
         } if form == PageForm::Markdown => Content::Walkthrough {
-            walkthrough: Box::new(Walkthrough::new(segments, motion)?),
-            again,
-        },
-        Equations::Whole { shape, .. } => Content::Page {
-            form,
-            equations,
-            kernels: equations.derived(Purpose::ReadingOf(shape))?,
+            walkthrough: Box::new(Walkthrough::new(segments, motion, shape)?),
             again,
         },
         _ => Content::Page {
             form,
             equations,
-            kernels: equations.derived(Purpose::Reading)?,
+            kernels: equations.for_reading()?,
             again,
         },
     })))

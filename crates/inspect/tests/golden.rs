@@ -13,6 +13,9 @@ use bristle_inspect::print::{self, PageForm, Walkthrough, equations};
 /// The command that the pages and sources name.
 const AGAIN: &str = "cargo test -p bristle-inspect";
 
+/// Equations for a paper, as wide as the text of an article.
+const FRAGMENT: PageForm = PageForm::Fragment { width: 34_500 };
+
 fn origin(title: &str) -> Origin<'_> {
     Origin {
         title,
@@ -59,14 +62,14 @@ fn page(form: PageForm, segments: usize, motion: Motion) -> String {
             motion,
             Shape::default(),
             &kernels,
-            AGAIN,
+            origin(&print::title(segments, motion)),
         )
     })
 }
 
 /// Some kernels of the solver in `form`.
 fn kernels_page(form: PageForm, title: &str, kernels: &[Kernel]) -> String {
-    written(|out| print::kernels(out, form, title, kernels, AGAIN))
+    written(|out| print::kernels(out, form, kernels, origin(title)))
 }
 
 fn written(write: impl FnOnce(&mut dyn io::Write) -> io::Result<()>) -> String {
@@ -81,8 +84,12 @@ fn the_derivation_step_by_step() {
         ("walkthrough_2", Motion::Spatial),
         ("planar_walkthrough_2", Motion::Planar),
     ] {
-        let walkthrough = Walkthrough::new(2, motion).expect("the derivation is sound");
-        insta::assert_snapshot!(name, written(|out| walkthrough.write(out, AGAIN)));
+        let walkthrough =
+            Walkthrough::new(2, motion, Shape::default()).expect("the derivation is sound");
+        insta::assert_snapshot!(
+            name,
+            written(|out| walkthrough.write(out, "a test of bristle-inspect", AGAIN))
+        );
     }
 }
 
@@ -105,11 +112,11 @@ fn readable_kernels() {
 fn equations_for_a_paper() {
     insta::assert_snapshot!(
         "planar_equations_2_fragment",
-        page(PageForm::Fragment, 2, Motion::Planar)
+        page(FRAGMENT, 2, Motion::Planar)
     );
     for (motion, _) in MOTIONS {
         for segments in [1, 2, 3] {
-            let fragment = page(PageForm::Fragment, segments, motion);
+            let fragment = page(FRAGMENT, segments, motion);
             assert!(fragment.is_ascii() && !fragment.contains("\\documentclass"));
             let labels = fragment
                 .lines()

@@ -4,11 +4,11 @@ use std::ffi::OsStr;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use bristle::simulation::{Form, Pass};
 use bristle_grid::tentative;
 use bristle_inspect::derive::{
-    DeriveFormat, Derived, Equations, Motion, Shape, derive, derive_fragment,
+    ARTICLE_WIDTH_MM, DeriveFormat, Derived, Equations, Motion, Shape, derive, derive_fragment,
 };
+use bristle_report::drawing::format::parse_width;
 use bristle_store::staged::{StagedFile, directory_of, occupy, prepare_directory};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -24,19 +24,28 @@ use crate::values::parse_count;
 /// the solver loops over. With --planar, the filament moves in the plane of rotation, and each
 /// segment has one coordinate instead of two.
 ///
-/// With FILE.toml, they are the whole equations of its filament: with its number of segments, and
-/// in the plane of rotation if its tool, clamp, workpiece and gravity keep it there. Those for
-/// reading (math, latex) have no relaxed angles if it is straight, and one mass, inertia, stiffness
-/// and damping if it is a cylinder.
+/// With FILE.toml, they are the whole equations of its filament: with its number of segments, with
+/// --planar if its tool, clamp, workpiece and gravity keep it in the plane of rotation, with
+/// --uniform if it is a cylinder, and with --straight if it has no waves.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct DeriveArgs {
     #[command(flatten)]
     equations: EquationsArgs,
+    /// State a key in place of the file, as in --set filament.segments=5; may be repeated
+    #[arg(long, value_name = "KEY=VALUE", conflicts_with_all = ["segments", "kernels"])]
+    set: Vec<String>,
     /// For motion in the plane of rotation; with --kernels only those for it and for its lateral
     /// variation, instead of all
     #[arg(long)]
     planar: bool,
+    /// For a cylinder, with one mass, inertia, stiffness and damping; for math, latex, markdown and
+    /// sympy
+    #[arg(long, conflicts_with = "kernels")]
+    uniform: bool,
+    /// For a straight filament, without relaxed angles; for math, latex, markdown and sympy
+    #[arg(long, conflicts_with = "kernels")]
+    straight: bool,
     /// Form of the equations; math, latex and markdown are meant for reading and take minutes
     /// beyond 100 segments, see the note before them
     #[arg(long, default_value = DeriveFormat::Math.name(), value_parser = format())]
@@ -45,6 +54,10 @@ pub struct DeriveArgs {
     /// labels; for latex
     #[arg(long)]
     fragment: bool,
+    /// Width of the text of the paper in type of 10pt, as 84mm, 3.3in, 239pt or the column of a
+    /// journal, as for --figure-width of `bristle plot` [default: 121mm, as in LaTeX's article]
+    #[arg(long, value_name = "WIDTH", value_parser = parse_width, requires = "fragment")]
+    width: Option<f64>,
     /// File to write instead of stdout; for c and matlab, the directory of their files, which they
     /// require
     #[arg(long, value_name = "PATH")]
@@ -54,7 +67,7 @@ pub struct DeriveArgs {
 #[derive(Args)]
 #[group(required = true, multiple = false)]
 pub struct EquationsArgs {
-    /// The whole equations of the filament of an input file
+    /// The whole equations of the filament of an input file; - reads it from stdin
     #[arg(value_name = "FILE.toml")]
     file: Option<PathBuf>,
     /// The whole equations of N segments, 1 to 400
@@ -65,59 +78,47 @@ pub struct EquationsArgs {
     kernels: bool,
 }
 
-/// What the arguments ask for. clap accepts one of a file, a number of segments, and the kernels.
+/// The equations that the arguments ask for. clap accepts one of a file, a number of segments, and
+/// the kernels.
 fn equations(arguments: &DeriveArgs) -> Result<Equations, CliError> {
-    let motion = if arguments.planar {
-        Motion::Planar
-    } else {
-        Motion::Spatial
-    };
-    match &arguments.equations {
+    let equations = match &arguments.equations {
         EquationsArgs {
             file: Some(file), ..
-        } => of_file(file, arguments.planar),
+        } => of_file(file, &arguments.set)?,
         EquationsArgs {
             segments: Some(segments),
             ..
-        } => Ok(Equations::Whole {
+        } => Equations::Whole {
             segments: *segments,
-            motion,
+            motion: Motion::Spatial,
             shape: Shape::default(),
-        }),
-        _ if arguments.planar => Ok(Equations::PlanarKernels),
-        _ => Ok(Equations::Kernels),
-    }
+        },
+        _ => Equations::Kernels,
+    };
+    let shape = Shape {
+        is_straight: arguments.straight,
+        is_cylinder: arguments.uniform,
+    };
+    let equations = equations
+        .of_shape(shape, arguments.format)
+        .map_err(CliError::Derive)?;
+    Ok(if arguments.planar {
+        equations.in_plane()
+    } else {
+        equations
+    })
 }
 
 /// The whole equations of the filament that a file states; of a study, that of the first case.
-fn of_file(file: &Path, planar: bool) -> Result<Equations, CliError> {
+fn of_file(file: &Path, set: &[String]) -> Result<Equations, CliError> {
     let input = InputArgs {
         file: file.to_owned(),
-        set: Vec::new(),
+        set: set.to_vec(),
         strict: false,
     };
     let text = input.read()?;
-    let document = text.document()?;
-    let settings = match document.study() {
-        Ok(study) => study.settings(0),
-        Err(_) => document.settings()?,
-    };
-    let is_planar = planar || Pass::new(&tentative(settings.clone())).form() == Form::Planar;
-    let motion = if is_planar {
-        Motion::Planar
-    } else {
-        Motion::Spatial
-    };
-    let filament = &settings.filament;
-    let shape = Shape {
-        is_straight: filament.waviness_amplitude_m == 0.0,
-        is_cylinder: filament.tip_diameter_m() == filament.diameter_m,
-    };
-    Ok(Equations::Whole {
-        segments: filament.segments,
-        motion,
-        shape,
-    })
+    let settings = text.document()?.first_settings()?;
+    Ok(Equations::of(&tentative(settings)))
 }
 
 /// Reads the name of a form.
@@ -142,9 +143,10 @@ pub fn run(arguments: &DeriveArgs) -> Result<(), CliError> {
              help: derive fewer segments to read them; rust, json, c, matlab and numpy state them in short, with named intermediates"
         ));
     }
+    let width_mm = arguments.width.unwrap_or(ARTICLE_WIDTH_MM);
     let derived = match (arguments.fragment, format) {
         (false, _) => derive(equations, format),
-        (true, DeriveFormat::Latex) => derive_fragment(equations),
+        (true, DeriveFormat::Latex) => derive_fragment(equations, width_mm),
         (true, _) => return Err(CliError::NoFragment),
     }
     .map_err(CliError::Derive)?;

@@ -343,6 +343,47 @@ fn derive_prints_or_writes() {
     workspace.refuses("derive --kernels --fragment", &["add --format latex"]);
 }
 
+/// The command in the header of each form makes the same bytes.
+#[test]
+fn equations_name_the_command_that_makes_them() {
+    let workspace = Workspace::with(FILE);
+    let calls = [
+        "derive case.toml --format latex",
+        "derive case.toml --format latex --fragment --width elsevier",
+        "derive case.toml --format markdown",
+        "derive case.toml --set filament.segments=2 --format sympy",
+        "derive case.toml --format numpy",
+        "derive --segments 2 --straight --format rust",
+        "derive --kernels --planar --format latex --fragment",
+    ];
+    let command = |text: &str| {
+        let line = text
+            .lines()
+            .find_map(|line| line.split_once("To make it again: bristle "));
+        line.map(|(_, command)| command.to_owned())
+    };
+    for call in calls {
+        let printed = workspace.printed(call);
+        let again = command(&printed).unwrap_or_else(|| panic!("{call}"));
+        assert!(workspace.printed(&again) == printed, "{call}: {again}");
+        has(&printed, &["(built-in derivation)"]);
+    }
+    for format in ["c", "matlab"] {
+        workspace.run(&format!(
+            "derive case.toml --format {format} --out {format}"
+        ));
+        let files = workspace.files(format);
+        let again = files
+            .values()
+            .find_map(|text| command(&String::from_utf8_lossy(text)));
+        workspace.run(&again.expect("a header"));
+        for (name, text) in &files {
+            assert!(workspace.bytes(name) == *text, "{name}");
+        }
+    }
+    has(&workspace.printed("--version"), &["(built-in derivation)"]);
+}
+
 /// The variable names Octave's program, which not every machine has.
 #[test]
 fn a_pass_in_octave_has_the_impulse_of_the_program() {
@@ -559,14 +600,47 @@ fn a_file_says_which_equations_it_has() {
     assert!(of("other.toml") == of("--segments 4"));
     // A straight cylinder has neither relaxed angles nor constants of each segment; its clamp joint
     // is twice as stiff.
-    with(&[("segments = 4", "segments = 2")]);
+    with(&[("segments = 4", "segments = 3")]);
     let straight = directory.printed("derive other.toml");
-    has(&straight, &["2 c S′(u1)"]);
+    has(&straight, &["2 c S′(u1)", "11/2 h² m cos(θ1 − θ2)"]);
     lacks(&straight, &["κ", "m1"]);
+    let switches = "--segments 3 --planar --uniform --straight";
+    for form in [
+        "",
+        "--format latex",
+        "--format latex --fragment --width 84mm",
+        "--format markdown",
+        "--format sympy",
+    ] {
+        let of_file = directory.printed(&format!("derive other.toml {form}"));
+        let of_switches = directory.printed(&format!("derive {switches} {form}"));
+        assert!(of_file == of_switches, "{form}");
+        let set = "--set filament.segments=3";
+        assert!(directory.printed(&format!("derive case.toml {set} {form}")) == of_file);
+    }
     with(&[("segments = 4", "segments = 2\nwaviness_amplitude_m = 1e-4")]);
     let wavy = directory.printed("derive other.toml");
     has(&wavy, &["κ2"]);
     lacks(&wavy, &["m1"]);
+    assert!(directory.printed("derive --segments 2 --planar --uniform") == wavy);
+    // Explicit switches hold for a file, too.
+    assert!(directory.printed("derive other.toml --straight") != wavy);
+    for (call, problem) in [
+        ("--segments 2 --uniform --format c --out c", "any filament"),
+        ("--segments 2 --straight --format json", "any filament"),
+        ("--kernels --uniform", "cannot be used with"),
+        (
+            "--segments 2 --set filament.segments=3",
+            "cannot be used with",
+        ),
+        ("--segments 2 --width 84mm", "--fragment"),
+        (
+            "--segments 2 --format latex --fragment --width 40mm",
+            "65 mm to 300 mm",
+        ),
+    ] {
+        directory.refuses(&format!("derive {call}"), &[problem]);
+    }
     directory.refuses("derive case.toml --segments 2", &["cannot be used with"]);
     directory.refuses("derive missing.toml", &["missing.toml"]);
 }

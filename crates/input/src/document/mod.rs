@@ -378,6 +378,14 @@ impl<'t> Document<'t> {
         self.build(None, &[]).map(|built| built.settings)
     }
 
+    /// The settings of the first case of the study, or those that the file states without one.
+    pub fn first_settings(&self) -> Result<Settings, InputError> {
+        match self.study() {
+            Ok(study) => Ok(study.settings(0)),
+            Err(_) => self.settings(),
+        }
+    }
+
     /// The settings for evaluating a state without contact. The file need not state velocity, depth
     /// and number of filaments.
     pub fn settings_without_process(&self) -> Result<Settings, InputError> {

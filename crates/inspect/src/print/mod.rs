@@ -11,7 +11,8 @@ use std::io::{self, Write};
 use crate::print::page::Page;
 use crate::print::printer::Printer;
 use crate::print::wording::{CYLINDER, PLANE};
-use bristle_codegen::ir::kernel::Kernel;
+use bristle_codegen::back::source::Origin;
+use bristle_codegen::ir::kernel::{Kernel, Output};
 use bristle_codegen::model::chain::{Motion, Shape};
 
 mod latex;
@@ -28,7 +29,7 @@ pub use crate::print::wording::title;
 /// The equations of `motion` of a chain of `segments` segments.
 ///
 /// `kernels` are those of [`whole_kernels`](bristle_codegen::model::whole::whole_kernels) for reading, of
-/// `shape`. `again` is the command that makes the page.
+/// `shape`.
 ///
 /// # Errors
 /// If `out` cannot be written to.
@@ -39,9 +40,9 @@ pub fn equations(
     motion: Motion,
     shape: Shape,
     kernels: &[Kernel],
-    again: &str,
+    origin: Origin<'_>,
 ) -> io::Result<()> {
-    let mut page = Page::new(out, form, &title(segments, motion), again);
+    let mut page = Page::new(out, form, origin);
     let coordinates = match motion {
         Motion::Spatial => "φ1, θ1, …, φn, θn",
         Motion::Planar => "θ1, …, θn",
@@ -62,20 +63,17 @@ pub fn equations(
             .map(|kernel| (&kernel.graph, kernel.output_nodes())),
     ));
     for kernel in kernels {
-        page.begin(&kernel.name);
-        page.prose(&kernel.summary);
         let printer = Printer::closed(
             &kernel.graph,
             &kernel.output_nodes(),
             motion,
             page.notation(),
         );
-        let wholes = kernel
-            .outputs
-            .iter()
-            .filter(|_| page.has_matrices())
-            .filter_map(|output| printer.whole(output));
-        page.definitions(wholes.collect::<Vec<_>>());
+        page.begin(&kernel.name, printer.head_width(&kernel.outputs));
+        page.prose(&kernel.summary);
+        for output in &kernel.outputs {
+            write_whole(&mut page, &printer, output);
+        }
         let outputs = kernel
             .outputs
             .iter()
@@ -87,18 +85,15 @@ pub fn equations(
 
 /// Any kernels, with a name for each intermediate that is shared or deep.
 ///
-/// `again` is the command that makes the page.
-///
 /// # Errors
 /// If `out` cannot be written to.
 pub fn kernels(
     out: &mut dyn Write,
     form: PageForm,
-    title: &str,
     kernels: &[Kernel],
-    again: &str,
+    origin: Origin<'_>,
 ) -> io::Result<()> {
-    let mut page = Page::new(out, form, title, again);
+    let mut page = Page::new(out, form, origin);
     page.prose(
         "Each kernel is a list of definitions: `t1`, `t2`, … are its intermediates, the others its results.\n\
          Results that are zero, and those that symmetry repeats, are left out.",
@@ -109,10 +104,10 @@ pub fn kernels(
             .map(|kernel| (&kernel.graph, kernel.output_nodes())),
     ));
     for kernel in kernels {
-        page.begin(&kernel.name);
+        let printer = Printer::shared(kernel, page.notation());
+        page.begin(&kernel.name, printer.head_width(&kernel.outputs));
         page.heading(&kernel.name);
         page.prose(&kernel.summary);
-        let printer = Printer::shared(kernel, page.notation());
         for input in &kernel.inputs {
             let given = input
                 .elements
@@ -133,11 +128,21 @@ pub fn kernels(
                 output.doc,
                 output.in_unit()
             ));
-            page.definitions(printer.whole(output).filter(|_| page.has_matrices()));
+            write_whole(&mut page, &printer, output);
             page.definitions(printer.output(output));
         }
     }
     page.finish()
+}
+
+/// Writes a vector or a matrix as a whole, if the page shows them.
+fn write_whole(page: &mut Page<'_>, printer: &Printer<'_>, output: &Output) {
+    let whole = page
+        .matrix_width()
+        .and_then(|width| printer.whole(output, width));
+    if let Some(whole) = whole {
+        page.whole(whole);
+    }
 }
 
 #[cfg(test)]
@@ -147,7 +152,7 @@ mod tests {
     use bristle_codegen::back::json::{from_json, to_json};
     use bristle_codegen::ir::constant::Constant;
     use bristle_codegen::ir::graph::{Graph, Node, NodeId};
-    use bristle_codegen::ir::kernel::{Input, Output};
+    use bristle_codegen::ir::kernel::Input;
     use bristle_codegen::ir::notation::{Notation, Text};
     use bristle_codegen::ir::unit::Unit;
     use bristle_codegen::ir::writer::Writer;
@@ -270,7 +275,7 @@ mod tests {
         for form in [
             PageForm::Text,
             PageForm::Latex,
-            PageForm::Fragment,
+            PageForm::Fragment { width: 34_000 },
             PageForm::Markdown,
         ] {
             let page = kernels_page(form, &kernels);
@@ -282,8 +287,12 @@ mod tests {
 
     fn kernels_page(form: PageForm, kernels: &[Kernel]) -> String {
         let mut page = Vec::new();
-        super::kernels(&mut page, form, "A graph", kernels, "bristle")
-            .expect("memory can be written to");
+        let origin = Origin {
+            title: "A graph",
+            maker: "a test",
+            again: "bristle",
+        };
+        super::kernels(&mut page, form, kernels, origin).expect("memory can be written to");
         String::from_utf8(page).expect("a page is text")
     }
 

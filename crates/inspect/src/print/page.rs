@@ -8,6 +8,7 @@ use std::io::{self, Write};
 use crate::print::latex::{self, Latex};
 use crate::print::legend::Row;
 use crate::print::printer::Layout;
+use bristle_codegen::back::source::{Origin, comment};
 use bristle_codegen::ir::notation::Text;
 
 /// What a page is written in.
@@ -18,8 +19,11 @@ pub enum PageForm {
     /// A LaTeX document, in ASCII; it needs amsmath, longtable and geometry.
     Latex,
     /// Equations with labels for the LaTeX of a paper, without a preamble or sentences, in ASCII;
-    /// they need amsmath.
-    Fragment,
+    /// they need amsmath and `\\allowdisplaybreaks`.
+    Fragment {
+        /// Width of the text in thousandths of an em.
+        width: usize,
+    },
     /// Markdown with formulas between dollar signs.
     Markdown,
 }
@@ -35,8 +39,10 @@ pub(super) struct Definition {
 /// sum, and in thousandths of an em, without it.
 const TEXT_WIDTH: usize = 110;
 const FORMULA_WIDTH: usize = 38_000;
-/// The same beside a number, in the text of an article.
-const NUMBERED_WIDTH: usize = 28_000;
+/// Width of an equality sign with its spaces, in thousandths of an em.
+const EQUALITY_WIDTH: usize = 1_400;
+/// Width of the number of an equation with the space before it, in thousandths of an em: `(1234)`.
+const NUMBER_WIDTH: usize = 3_300;
 /// Maximum number of lines in a display of formulas: TeX keeps a whole display in memory.
 const LATEX_LINES: usize = 30;
 const MARKDOWN_LINES: usize = 10;
@@ -50,22 +56,26 @@ pub(super) struct Page<'w> {
     out: &'w mut dyn Write,
     /// What labels begin with.
     subject: String,
+    /// Width that the names before equality signs take, in thousandths of an em.
+    head_width: usize,
     /// The first error of `out`; nothing is written after it.
     result: io::Result<()>,
 }
 
 impl<'w> Page<'w> {
-    /// An empty page; `again` is the command that makes it.
-    pub fn new(out: &'w mut dyn Write, form: PageForm, title: &str, again: &str) -> Self {
-        let again: String = again
-            .chars()
-            .map(|letter| if letter.is_control() { ' ' } else { letter })
-            .collect();
-        let ascii = |text: &str| text.replace(|letter: char| !letter.is_ascii(), "?");
+    /// An empty page, with a comment that states its `origin` unless it is text.
+    pub fn new(out: &'w mut dyn Write, form: PageForm, origin: Origin<'_>) -> Self {
+        let Origin {
+            title,
+            maker,
+            again,
+        } = origin;
+        let source = format!("Made by {maker}.\nTo make it again: {again}\n");
+        let ascii = source.replace(|letter: char| !letter.is_ascii(), "?");
         let text = match form {
             PageForm::Text => format!("{title}\n"),
             PageForm::Latex => format!(
-                "% To make it again: {}\n\
+                "{}\
                  \\documentclass[fleqn,a4paper]{{article}}\n\
                  \\usepackage{{amsmath}}\n\
                  \\usepackage{{longtable}}\n\
@@ -78,17 +88,18 @@ impl<'w> Page<'w> {
                  \\raggedright\n\
                  \\begin{{document}}\n\n\
                  \\section*{{{}}}\n",
-                ascii(&again),
+                comment(&ascii, "%"),
                 latex::words(title)
             ),
-            PageForm::Fragment => format!(
-                "% {}\n% To make it again: {}\n",
+            PageForm::Fragment { .. } => format!(
+                "% {}\n{}\
+                 % It needs \\usepackage{{amsmath}} and \\allowdisplaybreaks in the preamble.\n",
                 latex::words(title),
-                ascii(&again)
+                comment(&ascii, "%")
             ),
             PageForm::Markdown => format!(
-                "<!-- To make it again: {} -->\n\n# {}\n",
-                again.replace("-->", "--&gt;"),
+                "<!--\n{}-->\n\n# {}\n",
+                source.replace("-->", "--&gt;"),
                 markdown_words(title)
             ),
         };
@@ -96,6 +107,7 @@ impl<'w> Page<'w> {
             form,
             out,
             subject: String::new(),
+            head_width: 0,
             result: Ok(()),
         };
         page.write(&text);
@@ -111,21 +123,31 @@ impl<'w> Page<'w> {
     pub fn notation(&self) -> &'static dyn Layout {
         match self.form {
             PageForm::Text => &Text,
-            PageForm::Latex | PageForm::Fragment | PageForm::Markdown => &Latex,
+            PageForm::Latex | PageForm::Fragment { .. } | PageForm::Markdown => &Latex,
         }
     }
 
-    /// Begins the definitions of a kernel, whose name is in their labels.
-    pub fn begin(&mut self, kernel: &str) {
+    /// Begins the definitions of a kernel, whose name is in their labels. What they define takes up
+    /// to `head_width`.
+    pub fn begin(&mut self, kernel: &str, head_width: usize) {
         self.subject = label(kernel);
-        if self.form == PageForm::Fragment {
+        self.head_width = head_width;
+        if self.is_fragment() {
             self.write(&format!("\n% {}\n", self.subject));
         }
     }
 
-    /// Whether vectors and matrices are shown as a whole, too.
-    pub fn has_matrices(&self) -> bool {
-        self.form == PageForm::Fragment
+    fn is_fragment(&self) -> bool {
+        matches!(self.form, PageForm::Fragment { .. })
+    }
+
+    /// Room for the definition of a vector or a matrix as a whole, without the equality sign; none
+    /// where the elements alone are shown.
+    pub fn matrix_width(&self) -> Option<usize> {
+        match self.form {
+            PageForm::Fragment { width } => Some(width.saturating_sub(EQUALITY_WIDTH)),
+            _ => None,
+        }
     }
 
     pub fn heading(&mut self, title: &str) {
@@ -133,7 +155,7 @@ impl<'w> Page<'w> {
             // Its first paragraph follows without an empty line.
             PageForm::Text => format!("\n{title}"),
             PageForm::Latex => format!("\n\\subsection*{{{}}}\n", latex::words(title)),
-            PageForm::Fragment => return,
+            PageForm::Fragment { .. } => return,
             PageForm::Markdown => format!("\n## {}\n", markdown_words(title)),
         };
         self.write(&text);
@@ -141,7 +163,7 @@ impl<'w> Page<'w> {
 
     /// A paragraph.
     pub fn prose(&mut self, sentences: &str) {
-        if self.form == PageForm::Fragment {
+        if self.is_fragment() {
             return;
         }
         let text = format!("\n{}\n", self.sentences(sentences));
@@ -153,7 +175,7 @@ impl<'w> Page<'w> {
         let sentence = self.sentences(sentence);
         let text = match self.form {
             PageForm::Text => format!("  {}\n", sentence.replace('\n', "\n  ")),
-            PageForm::Fragment => return,
+            PageForm::Fragment { .. } => return,
             PageForm::Latex | PageForm::Markdown => format!("\n{sentence}\n"),
         };
         self.write(&text);
@@ -189,7 +211,7 @@ impl<'w> Page<'w> {
             } else if links(i.checked_sub(1), '[', false) && links(Some(i + 1), ']', true) {
                 result.push_str(&match self.form {
                     PageForm::Text => (*part).to_owned(),
-                    PageForm::Latex | PageForm::Fragment => {
+                    PageForm::Latex | PageForm::Fragment { .. } => {
                         format!("\\texttt{{{}}}", latex::words(part))
                     }
                     PageForm::Markdown => format!("`{part}`"),
@@ -197,7 +219,9 @@ impl<'w> Page<'w> {
             } else {
                 result.push_str(&match self.form {
                     PageForm::Text => (*part).to_owned(),
-                    PageForm::Latex | PageForm::Fragment => format!("${}$", latex::formula(part)),
+                    PageForm::Latex | PageForm::Fragment { .. } => {
+                        format!("${}$", latex::formula(part))
+                    }
                     PageForm::Markdown => format!("${}$", in_markdown(&latex::formula(part))),
                 });
             }
@@ -208,7 +232,7 @@ impl<'w> Page<'w> {
     fn words(&self, text: &str) -> String {
         match self.form {
             PageForm::Text => text.into(),
-            PageForm::Latex | PageForm::Fragment => latex::words(text),
+            PageForm::Latex | PageForm::Fragment { .. } => latex::words(text),
             PageForm::Markdown => markdown_words(text),
         }
     }
@@ -229,27 +253,35 @@ impl<'w> Page<'w> {
             }
             return;
         }
+        let (width, breaks) = match self.form {
+            PageForm::Fragment { width } => (
+                width.saturating_sub(self.head_width + EQUALITY_WIDTH),
+                BETWEEN_TERMS,
+            ),
+            _ => (FORMULA_WIDTH, ANYWHERE),
+        };
         let mut display: Vec<String> = Vec::new();
         for Definition { head, body } in definitions {
-            let (width, breaks) = match self.form {
-                PageForm::Fragment => (NUMBERED_WIDTH, BETWEEN_TERMS),
-                _ => (FORMULA_WIDTH, ANYWHERE),
-            };
-            let lines = lines(&Latex, &body, width, breaks);
-            let continued = lines.iter().skip(1).map(|line| format!("&\\quad {line}"));
+            let lines_within = |width| lines(&Latex, &body, width, breaks);
+            let mut lines = lines_within(width);
+            let last = lines.last().map_or(0, |line| latex::width(line));
+            if self.is_fragment() && last + NUMBER_WIDTH > width {
+                lines = lines_within(width.saturating_sub(NUMBER_WIDTH));
+            }
+            let continued = lines.iter().skip(1).map(|line| {
+                let is_term = !self.is_fragment() || line.starts_with(['+', '-']);
+                let times = if is_term { "" } else { "\\cdot " };
+                format!("&\\quad {times}{line}")
+            });
             let first = display.len();
             display.push(format!("{head} &= {}", lines[0]));
             display.extend(continued);
-            if self.form == PageForm::Fragment {
+            if self.is_fragment() {
                 let last = display.len() - 1;
                 display[first..last]
                     .iter_mut()
                     .for_each(|line| line.push_str(" \\notag"));
-                display[last].push_str(&format!(
-                    " \\label{{eq:{}:{}}}",
-                    self.subject,
-                    label(&head)
-                ));
+                display[last].push_str(&self.label(&head));
             }
             if display.len() >= self.display_lines() {
                 self.display(&std::mem::take(&mut display));
@@ -258,6 +290,17 @@ impl<'w> Page<'w> {
         if !display.is_empty() {
             self.display(&display);
         }
+    }
+
+    /// A vector or a matrix by its elements, which LaTeX does not break.
+    pub fn whole(&mut self, Definition { head, body }: Definition) {
+        let line = format!("{head} &= {body}{}", self.label(&head));
+        self.display(&[line]);
+    }
+
+    /// The label of the equation that begins with `head`.
+    fn label(&self, head: &str) -> String {
+        format!(" \\label{{eq:{}:{}}}", self.subject, label(head))
     }
 
     fn display_lines(&self) -> usize {
@@ -271,7 +314,7 @@ impl<'w> Page<'w> {
     fn display(&mut self, lines: &[String]) {
         let text = match self.form {
             PageForm::Text => unreachable!("text has no displays"),
-            PageForm::Fragment => format!(
+            PageForm::Fragment { .. } => format!(
                 "\\begin{{align}}\n{}\n\\end{{align}}\n",
                 lines.join(" \\\\{}\n")
             ),
@@ -304,7 +347,7 @@ impl<'w> Page<'w> {
         };
         let mut text = String::new();
         match self.form {
-            PageForm::Fragment => return,
+            PageForm::Fragment { .. } => return,
             PageForm::Text => {
                 text.push_str("\nSymbols, with SI units; a dot is a time derivative\n");
                 for row in rows {
@@ -413,8 +456,8 @@ const FACTORS: usize = 6;
 /// they are broken if a piece is too wide.
 type Breaks = [usize; 2];
 const ANYWHERE: Breaks = [1, 12];
-/// Before signs alone, and within brackets only if what they hold is too wide.
-const BETWEEN_TERMS: Breaks = [0, FACTORS - 1];
+/// Before signs outside all brackets, and elsewhere only if a piece is too wide.
+const BETWEEN_TERMS: Breaks = [0, 12];
 /// Added inside braces, where LaTeX cannot break.
 const BRACES: usize = 100;
 

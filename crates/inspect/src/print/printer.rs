@@ -196,65 +196,129 @@ impl<'a> Printer<'a> {
         self.defined.iter().map(definition)
     }
 
+    /// Width of the widest name that a definition of an intermediate or an element begins with.
+    pub fn head_width(&self, outputs: &[Output]) -> usize {
+        let width = |text: &str| self.notation.width(text);
+        let widest = |count: usize| {
+            let of_index = |&i: &usize| width(&self.notation.symbol(&self.index(i)));
+            (0..count).max_by_key(of_index).unwrap_or(0)
+        };
+        let of_output = |output: &Output| {
+            let indices: Vec<usize> = output.shape.sizes().into_iter().map(widest).collect();
+            width(&self.head(output, &indices))
+        };
+        let named = self.defined.iter().map(|&id| width(self.writer.name(id)));
+        named
+            .chain(outputs.iter().map(of_output))
+            .max()
+            .unwrap_or(0)
+    }
+
     /// A vector or a matrix by its elements, as [`Printer::output`] names them; none if it is a
-    /// scalar, zero, or too large to be read.
-    pub fn whole(&self, output: &Output) -> Option<Definition> {
-        /// The largest number of rows.
-        const READABLE: usize = 10;
+    /// scalar, zero, or wider than `width`. If it has more rows or columns than a matrix of amsmath,
+    /// or is too wide, dots stand for all but the first ones and the last.
+    pub fn whole(&self, output: &Output, width: usize) -> Option<Definition> {
+        /// The largest number of columns in amsmath's matrices.
+        const MAX_COLUMNS: usize = 10;
+        /// Numbers of leading rows and columns before dots.
+        const LEADING: [usize; 2] = [2, 1];
         let (rows, columns) = match output.shape {
             Shape::Scalar => return None,
             Shape::Vector(rows) => (rows, 1),
             Shape::Matrix(rows, columns) => (rows, columns),
         };
-        if rows.max(columns) > READABLE || output.nodes.iter().all(|&node| self.graph.is_zero(node))
-        {
+        if output.nodes.iter().all(|&node| self.graph.is_zero(node)) {
             return None;
         }
-        let element = |row: usize, column: usize| {
-            let node = output.nodes[row * columns + column];
-            let repeats =
-                rows == columns && row > column && output.nodes[column * columns + row] == node;
-            let (row, column) = if repeats {
-                (column, row)
-            } else {
-                (row, column)
-            };
-            let indices: &[usize] = if let Shape::Vector(_) = output.shape {
-                &[row]
-            } else {
-                &[row, column]
-            };
-            if self.graph.is_zero(node) {
-                "0".to_owned()
-            } else {
-                self.head(output, indices)
-            }
+        let table = |leading: usize| {
+            let [rows, columns] = [rows, columns].map(|count| shown(count, leading));
+            self.table(output, &rows, &columns)
         };
-        let line = |row| {
-            (0..columns)
-                .map(|column| element(row, column))
-                .collect::<Vec<_>>()
-                .join(" & ")
-        };
-        let lines: Vec<String> = (0..rows).map(line).collect();
+        let head = self.notation.symbol(symbol(output));
+        let room = width.saturating_sub(self.notation.width(&head));
+        let size = rows.max(columns);
+        let whole = (size <= MAX_COLUMNS).then_some(size);
+        let table = whole
+            .into_iter()
+            .chain(LEADING)
+            .map(table)
+            .find(|table| self.table_width(table) <= room)?;
+        let lines: Vec<String> = table.iter().map(|line| line.join(" & ")).collect();
         let body = format!(
             "\\begin{{bmatrix}} {} \\end{{bmatrix}}",
             lines.join(" \\\\ ")
         );
-        Some(Definition {
-            head: self.notation.symbol(symbol(output)),
-            body,
-        })
+        Some(Definition { head, body })
+    }
+
+    /// The names of elements of a vector or a matrix, with dots for the rows and columns `None`.
+    fn table(
+        &self,
+        output: &Output,
+        rows: &[Option<usize>],
+        columns: &[Option<usize>],
+    ) -> Vec<Vec<String>> {
+        let element = |row: usize, column: usize| {
+            let (node, indices) = match output.shape {
+                Shape::Matrix(rows, columns) => {
+                    let node = output.nodes[row * columns + column];
+                    let repeats = rows == columns
+                        && row > column
+                        && output.nodes[column * columns + row] == node;
+                    let indices = if repeats {
+                        vec![column, row]
+                    } else {
+                        vec![row, column]
+                    };
+                    (node, indices)
+                }
+                Shape::Vector(_) | Shape::Scalar => (output.nodes[row], vec![row]),
+            };
+            if self.graph.is_zero(node) {
+                "0".to_owned()
+            } else {
+                self.head(output, &indices)
+            }
+        };
+        let cell = |row: &Option<usize>, column: &Option<usize>| match (row, column) {
+            (Some(row), Some(column)) => element(*row, *column),
+            (Some(_), None) => "\\cdots".into(),
+            (None, Some(_)) => "\\vdots".into(),
+            (None, None) => "\\ddots".into(),
+        };
+        rows.iter()
+            .map(|row| columns.iter().map(|column| cell(row, column)).collect())
+            .collect()
+    }
+
+    /// Width of a matrix with its brackets.
+    fn table_width(&self, table: &[Vec<String>]) -> usize {
+        /// Width between columns.
+        const GAP: usize = 1000;
+        /// Width of both brackets.
+        const BRACKETS: usize = 1500;
+        let columns = table.first().map_or(0, Vec::len);
+        let widest = |column: usize| {
+            let widths = table.iter().map(|row| self.notation.width(&row[column]));
+            widths.max().unwrap_or(0)
+        };
+        let elements: usize = (0..columns).map(widest).sum();
+        elements + columns.saturating_sub(1) * GAP + BRACKETS
     }
 
     /// The name of an element.
     fn head(&self, output: &Output, indices: &[usize]) -> String {
-        let index = |i: usize| {
-            self.motion
-                .map_or_else(|| (i + 1).to_string(), |motion| coordinate(motion, i))
-        };
-        let indices: Vec<String> = indices.iter().map(|&i| index(i)).collect();
+        if indices.is_empty() {
+            return self.notation.symbol(symbol(output));
+        }
+        let indices: Vec<String> = indices.iter().map(|&i| self.index(i)).collect();
         self.notation.element(symbol(output), &indices)
+    }
+
+    /// The index at position `i` of a vector.
+    fn index(&self, i: usize) -> String {
+        self.motion
+            .map_or_else(|| (i + 1).to_string(), |motion| coordinate(motion, i))
     }
 
     /// A definition for each element, without zeros and without repetitions by symmetry.
@@ -262,7 +326,7 @@ impl<'a> Printer<'a> {
         let symbol = symbol(output);
         let head = |indices: &[usize]| self.head(output, indices);
         let elements: Vec<(String, NodeId)> = match output.shape {
-            Shape::Scalar => vec![(self.notation.symbol(symbol), output.nodes[0])],
+            Shape::Scalar => vec![(head(&[]), output.nodes[0])],
             Shape::Vector(_) => output
                 .nodes
                 .iter()
@@ -291,6 +355,16 @@ impl<'a> Printer<'a> {
         };
         nothing.into_iter().chain(filled.into_iter().map(define))
     }
+}
+
+/// Positions of which a list of `count` shows the first `leading` and the last, with `None` for
+/// those between.
+fn shown(count: usize, leading: usize) -> Vec<Option<usize>> {
+    if count <= leading + 1 {
+        return (0..count).map(Some).collect();
+    }
+    let first = (0..leading).map(Some);
+    first.chain([None, Some(count - 1)]).collect()
 }
 
 /// The symbol of a result.

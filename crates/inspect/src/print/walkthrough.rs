@@ -6,14 +6,15 @@ use std::io::{self, Write};
 use crate::print::legend;
 use crate::print::page::{Page, PageForm};
 use crate::print::printer::{Printer, coordinate};
-use crate::print::wording::{PLANE, title};
+use crate::print::wording::{CYLINDER, PLANE, title};
+use bristle_codegen::back::source::Origin;
 use bristle_codegen::ir::graph::{Graph, NodeId};
 use bristle_codegen::ir::kernel::{Kernel, Output, output_nodes, set_output_nodes};
 use bristle_codegen::ir::unit::Unit;
 use bristle_codegen::model::chain::{
     self, Body, Hinge, Motion, Parameters, STIFFNESS, Segment, Shape, VELOCITY, Vec3, vector_symbol,
 };
-use bristle_codegen::model::lagrange::whole_equations;
+use bristle_codegen::model::lagrange::whole_equations_of;
 use bristle_codegen::model::whole::{NAMES, Purpose, whole_kernels};
 use bristle_codegen::passes::dimension;
 use bristle_codegen::passes::normal_form::{Style, normalise};
@@ -139,6 +140,7 @@ fn stated() -> Step {
 pub struct Walkthrough {
     segments: usize,
     motion: Motion,
+    shape: Shape,
     coordinates: Vec<String>,
     frames: Step,
     centres: Step,
@@ -151,18 +153,18 @@ pub struct Walkthrough {
 }
 
 impl Walkthrough {
-    /// Derives the equations of `motion` of a chain of `segments` segments.
+    /// Derives the equations of `motion` of a chain of `segments` segments of `shape`.
     ///
     /// # Errors
     /// If a term of the derivation makes no physical sense.
     ///
     /// # Panics
     /// If `segments` is zero.
-    pub fn new(segments: usize, motion: Motion) -> Result<Self, String> {
-        let mut whole = whole_equations(segments, motion);
+    pub fn new(segments: usize, motion: Motion, shape: Shape) -> Result<Self, String> {
+        let mut whole = whole_equations_of(segments, motion, shape);
         let parts = whole.parts();
         let (frames, stated) = (frames(motion), stated());
-        let centres = centre_velocities(segments, motion)?;
+        let centres = centre_velocities(segments, motion, shape)?;
         let collected = |name: &str, unit: Unit, nodes: Vec<NodeId>| {
             let outputs = vec![Output::vector(name, "", unit, nodes)];
             Step::collected(motion, &whole.graph, &whole.parameters, outputs)
@@ -173,9 +175,8 @@ impl Walkthrough {
         let spring = collected("f_spring", STIFFNESS, parts.spring)?;
         let gravity = collected("f_gravity", STIFFNESS, parts.gravity)?;
         let damping = collected("f_damping", STIFFNESS, parts.damping)?;
-        let kernels: [Kernel; NAMES.len()] = whole_kernels(segments, motion, Purpose::Reading)?
-            .try_into()
-            .expect("one kernel for each name");
+        let kernels = whole_kernels(segments, motion, Purpose::ReadingOf(shape))?;
+        let kernels: [Kernel; NAMES.len()] = kernels.try_into().expect("one kernel for each name");
         let [mass_matrix, force, energies] = kernels.map(|Kernel { graph, outputs, .. }| Step {
             motion,
             graph,
@@ -198,6 +199,7 @@ impl Walkthrough {
         Ok(Self {
             segments,
             motion,
+            shape,
             coordinates,
             frames,
             centres,
@@ -209,20 +211,23 @@ impl Walkthrough {
         })
     }
 
-    /// Writes it as Markdown. `again` is the command that makes the page.
+    /// Writes it as Markdown. `maker` has made it, `again` is the command that does so.
     ///
     /// # Errors
     /// If `out` cannot be written to.
-    pub fn write(&self, out: &mut dyn Write, again: &str) -> io::Result<()> {
+    pub fn write(&self, out: &mut dyn Write, maker: &str, again: &str) -> io::Result<()> {
         let Self {
-            segments, motion, ..
+            segments,
+            motion,
+            shape,
+            ..
         } = *self;
-        let mut page = Page::new(
-            out,
-            PageForm::Markdown,
-            &format!("{}, step by step", title(segments, motion)),
+        let origin = Origin {
+            title: &format!("{}, step by step", title(segments, motion)),
+            maker,
             again,
-        );
+        };
+        let mut page = Page::new(out, PageForm::Markdown, origin);
         page.prose(
             "From the energies of the segments and joints to `M(q) q̈ = f(q, q̇, t) + Q`. All formulas on this page are \
          derived and written by the program; components refer to the inertial frame.",
@@ -275,6 +280,12 @@ impl Walkthrough {
         if motion == Motion::Planar {
             page.prose(PLANE);
         }
+        if shape.is_straight {
+            page.prose("The filament is straight: every `κ = 0`, and `ē'` is `e'`.");
+        }
+        if shape.is_cylinder {
+            page.prose(CYLINDER);
+        }
         let joints = match motion {
             Motion::Spatial => "`u1`, `u2`, … belong to the joints, from the clamp outwards.",
             Motion::Planar => "`u1` belongs to the clamp joint.",
@@ -314,10 +325,10 @@ impl Walkthrough {
 }
 
 /// `ċ_k` of each segment.
-fn centre_velocities(segments: usize, motion: Motion) -> Result<Step, String> {
+fn centre_velocities(segments: usize, motion: Motion, shape: Shape) -> Result<Step, String> {
     let mut graph = Graph::new();
     let g = &mut graph;
-    let parameters = Parameters::new(g, segments, Shape::default());
+    let parameters = Parameters::new(g, segments, shape);
     let mut velocity = chain::Clamp::new(g).velocity;
     let mut outputs = Vec::new();
     for (k, body) in (1..).zip(&parameters.bodies) {
@@ -350,9 +361,10 @@ mod tests {
         let spatial = ["\\dot c_{1,z} &= ", "p_{\\varphi_{1}} &= "];
         for motion in [Motion::Spatial, Motion::Planar] {
             let mut page = Vec::new();
-            let walkthrough = Walkthrough::new(1, motion).expect("the derivation is sound");
+            let walkthrough =
+                Walkthrough::new(1, motion, Shape::default()).expect("the derivation is sound");
             walkthrough
-                .write(&mut page, "command")
+                .write(&mut page, "a test", "command")
                 .expect("memory can be written to");
             let page = String::from_utf8(page).expect("a page is text");
             for part in common {
