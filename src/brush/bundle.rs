@@ -486,7 +486,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     fn meet(&mut self, motion: &BrushState) {
         self.begin_stage();
         self.place(motion, Group::is_open);
-        self.find_presses(motion.time, None, true);
+        self.find_presses(motion.time, None);
         let n = self.layout.segments;
         let (groups, around, forces, _) = self.parts(motion.time);
         let parts = groups.iter_mut().zip(forces.0.chunks_mut(n + 1));
@@ -553,9 +553,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 
     /// Finds where filaments press on each other, where they were placed; with `weights` also how
-    /// their forces change along a step. All groups were placed if these `are_all`, otherwise those
-    /// that are being solved. Sleeping groups that something presses on wake.
-    fn find_presses(&mut self, time: f64, weights: Option<[f64; 2]>, are_all: bool) {
+    /// their forces change along a step. Sleeping groups that something presses on wake.
+    fn find_presses(&mut self, time: f64, weights: Option<[f64; 2]>) {
         let Self {
             candidates,
             nodes,
@@ -564,9 +563,9 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             layout,
             ..
         } = self;
-        let moved =
-            |group: usize| groups[group].is_open() || (are_all && !groups[group].is_asleep());
-        candidates.update(&nodes.positions, self.rate * time, moved);
+        candidates.update(&nodes.positions, self.rate * time, |group: usize| {
+            groups[group].is_open()
+        });
         // By the motion of the positions: solutions multiply by its weight.
         pressing.find(
             candidates,
@@ -628,24 +627,19 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         let (n, [by_position, by_rate]) = (self.layout.segments, stage.weights);
         let mut effort = Effort::default();
         self.begin_stage();
-        self.candidates.drift(f64::INFINITY);
         // A solution depends on nothing before its stage.
         self.pressing.forget();
         let (mut stalled, mut last) = (0, f64::INFINITY);
         while stalled < MAX_STALLED {
             effort.newton_iterations += 1;
-            let is_first = effort.newton_iterations == 1;
             self.follow(motion, stage);
-            self.find_presses(motion.time, Some(stage.weights), is_first);
+            self.find_presses(motion.time, Some(stage.weights));
             if self.has_woken {
                 return Err(NoConvergence);
             }
             effort.factorisations += self.linearise(motion, stage.weights);
             effort.krylov_vectors += self.solve_coupled(by_position).ok_or(NoConvergence)?;
-            let correction = self.correct(motion, by_rate, tolerance);
-            // Twice what the linearised motion is.
-            self.candidates.drift(2.0 * by_position * correction);
-            let largest = by_rate * correction;
+            let largest = by_rate * self.correct(motion, by_rate, tolerance);
             if !largest.is_finite() {
                 return Err(NoConvergence);
             }

@@ -66,12 +66,6 @@ impl Node {
         self.0 % nodes
     }
 
-    /// Its entry in `values`, which has the rows of a field.
-    #[inline]
-    pub fn of(self, values: &[Lanes]) -> f64 {
-        values[self.row()].lane(self.lane())
-    }
-
     /// Its row in a field.
     fn row(self) -> usize {
         self.0 / LANES

@@ -344,7 +344,7 @@ impl Group {
         let mut clearances = self.clearances.iter().enumerate();
         clearances.all(|(lane, clearance)| {
             clearance.is_early(time)
-                || clearance.bound(time, candidates.way(self.first + lane)) > 0.0
+                || clearance.bound(time, candidates.path(self.first + lane)) > 0.0
         })
     }
 
@@ -450,7 +450,7 @@ impl Group {
             let (n, time, way) = (
                 filament.chain.segments(),
                 around.time,
-                around.candidates.way(number),
+                around.candidates.path(number),
             );
             let is_far = || clearance.bound(time, way) > clearance.noticed;
             if clearance.is_early(time) || (around.has_bounds && is_far()) {

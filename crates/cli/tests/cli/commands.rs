@@ -602,7 +602,7 @@ fn a_file_says_which_equations_it_has() {
     // is twice as stiff.
     with(&[("segments = 4", "segments = 3")]);
     let straight = directory.printed("derive other.toml");
-    has(&straight, &["2 c S′(u1)", "11/2 h² m cos(θ1 − θ2)"]);
+    has(&straight, &["2 c S′(u1)", "3/2 h² m cos(θ1 − θ2)"]);
     lacks(&straight, &["κ", "m1"]);
     let switches = "--segments 3 --planar --uniform --straight";
     for form in [
