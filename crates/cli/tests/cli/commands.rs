@@ -353,7 +353,7 @@ fn equations_name_the_command_that_makes_them() {
         "derive case.toml --format markdown",
         "derive case.toml --set filament.segments=2 --format sympy",
         "derive case.toml --format numpy",
-        "derive --segments 2 --straight --format rust",
+        "derive --segments 2 --planar --format rust",
         "derive --kernels --planar --format latex --fragment",
     ];
     let command = |text: &str| {
