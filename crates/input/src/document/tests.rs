@@ -644,7 +644,7 @@ fn options_state_keys_of_tables_in_a_section() {
         .iter()
         .map(|(_, column)| column.heading.as_str())
         .collect();
-    assert_eq!(headings, ["ae", "Fz [N]"]);
+    assert_eq!(headings, ["Fz [N]", "ae"]);
     let settings = document
         .settings()
         .unwrap_or_else(|error| panic!("{error}"));
