@@ -72,6 +72,8 @@ impl Errors {
         if a == b {
             return 1.0;
         }
+        // The inverse is symmetric up to rounding only.
+        let (a, b) = (a.min(b), a.max(b));
         self.unscaled[(a, b)] / (self.unscaled[(a, a)] * self.unscaled[(b, b)]).sqrt()
     }
 }
