@@ -122,8 +122,9 @@ pub fn evaluate(py: Python<'_>, input: &Input, state: String) -> PyResult<String
     serde_json::to_string(&evaluation.map_err(of_value)?).map_err(of_value)
 }
 
-/// What `bristle derive` writes, one text or several files by their names: the equations of the
-/// filament that an input states, or of so many segments, or the kernels without either.
+/// Derives the equations of the filament that an input states, or of a number of segments, or the
+/// kernels without either. Returns one text, or several files by their names, as `bristle derive`
+/// writes them.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, reason = "the switches of the program")]
 pub fn derive(

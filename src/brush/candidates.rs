@@ -82,7 +82,7 @@ pub struct Candidates {
     placement: Placement,
     /// Margin in m.
     margin: f64,
-    /// By the group of the filament whose points may press.
+    /// Lists by the group of the filament whose points may press.
     pairs: Vec<Vec<Pair>>,
     /// Paths of the filaments where the pairs were listed. Empty before that.
     listed_at: Vec<Lanes>,
@@ -121,7 +121,7 @@ struct Placement {
 #[derive(Clone, Debug)]
 struct Pair {
     id: PairId,
-    /// By block of points.
+    /// Segments near each block of points.
     blocks: Vec<Block>,
 }
 

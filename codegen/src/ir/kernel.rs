@@ -72,7 +72,7 @@ pub struct Input {
 pub struct Group {
     /// Name of the type.
     pub name: &'static str,
-    /// What it holds.
+    /// Description, for its documentation.
     pub doc: &'static str,
     /// Its fields, with their descriptions.
     pub fields: &'static [(&'static str, &'static str)],

@@ -516,7 +516,7 @@ pub(super) fn name_vector(
     vector
 }
 
-/// What follows `family` in the name of `symbol`; nothing if it is no symbol of this family.
+/// Suffix of the name of `symbol` after `family`; empty if it is no symbol of this family.
 fn ending_of(graph: &Graph, symbol: NodeId, family: &str) -> String {
     let name = graph.symbol_name(symbol).unwrap_or_default();
     name.strip_prefix(family).unwrap_or_default().into()

@@ -127,7 +127,7 @@ impl ChainTerms {
 pub struct WholeEquations {
     /// How the chain moves.
     pub motion: Motion,
-    /// What is known of its shape.
+    /// Its shape, as far as it is known.
     pub shape: Shape,
     /// The graph that holds the expressions.
     pub graph: Graph,
@@ -175,7 +175,7 @@ pub fn whole_equations_of(segments: usize, motion: Motion, shape: Shape) -> Whol
     whole_equations_with(segments, motion, shape, |_| ())
 }
 
-/// The same with terms of one's own, which `state` adds to those of the chain.
+/// Derives the whole equations with terms of one's own, which `state` adds to those of the chain.
 ///
 /// Terms are stated in space; those of a planar chain are specialised like all others.
 ///

@@ -231,7 +231,7 @@ mod tests {
         (function, [x, y])
     }
 
-    /// What docs/library.md says of the points at which functions or their derivatives are singular.
+    /// Checks the table in docs/library.md of the points at which functions are singular.
     #[test]
     fn singular_points_are_as_declared() {
         let mut graph = Graph::new();

@@ -54,7 +54,7 @@ fn refused_with(text: &str, part: &str) -> String {
     message
 }
 
-/// What the engine derives and writes, and functions that only energies of one's own need.
+/// Kernels of the engine, and functions that only energies of one's own need.
 fn derived() -> Vec<Vec<Kernel>> {
     let mut derived = vec![kernels().expect("the derivation is sound")];
     for motion in [Motion::Spatial, Motion::Planar] {

@@ -450,7 +450,7 @@ fn opened_at_first_line<'s>(
     {
         let advice = "`bristle calibrate --fit removal.preston_m2_n` takes radii; for other commands leave [measured] out, or name a table of forces";
         return Err(source.error(
-            1,
+            table.heading_line(),
             None,
             "the table has radii of an edge, not forces",
             advice,
@@ -654,7 +654,7 @@ fn column(
             shortened(other)
         );
         return Err(source.error(
-            1,
+            table.heading_line(),
             None,
             problem,
             "name the right one under [measured], or remove the other",
@@ -668,7 +668,7 @@ fn column(
             let units = quantity.unit_names().collect::<Vec<_>>().join(", ");
             let problem = format!("the unit `{}` is none of {units}", shortened(unknown));
             return Err(with_lines(source.error(
-                1,
+                table.heading_line(),
                 Some(heading.to_owned()),
                 problem,
                 ADVICE,
@@ -960,6 +960,15 @@ mod tests {
                 .collect();
             assert_eq!(lines, [8.5, 16.2], "{text:?}");
         }
+        let unit = refusal("sep=;\nn [1/min];ae [mm];Fz [lbf]\n600;1;8\n", &{
+            let mut lbf = named.clone();
+            lbf.columns[2].1.heading = "Fz [lbf]".to_owned();
+            lbf
+        });
+        assert!(
+            unit.starts_with("forces.csv:2, column Fz [lbf]: the unit"),
+            "{unit}"
+        );
         let short = refusal(&rows.replace("600;1,0;8,5", "600;1,0"), &named);
         assert!(
             short.starts_with("forces.csv:2: 2 cells, but the heading has 3"),

@@ -276,16 +276,16 @@ impl Table<'_> {
         &self.heading
     }
 
-    /// The error about the heading.
-    pub(crate) fn wrong_heading(&self, problem: impl Into<String>) -> DataError {
-        self.source.error(self.line, None, problem, self.advice)
+    /// The line of the heading.
+    pub(crate) fn heading_line(&self) -> u64 {
+        self.line
     }
 
     /// The position of a column. Columns that nobody asks for may have equal names.
     pub fn column(&self, name: &str) -> Result<usize, DataError> {
         let mut positions =
             (0..self.heading.len()).filter(|&position| self.heading[position] == name);
-        let error = |problem: String| Err(self.wrong_heading(problem));
+        let error = |problem: String| Err(self.source.error(self.line, None, problem, self.advice));
         match (positions.next(), positions.next()) {
             (Some(position), None) => Ok(position),
             (Some(first), Some(second)) => error(format!(

@@ -1,4 +1,4 @@
-//! What shared folders do not support: locks, and syncs to disk.
+//! Locks and syncs to disk, which shared folders need not support.
 
 use std::fs::{File, TryLockError};
 use std::io::{self, ErrorKind};
@@ -9,9 +9,6 @@ use tracing::{debug, warn};
 
 use crate::journal_file::JournalFileError;
 use crate::staged::FileError;
-
-/// Longest journal of a calibration, in bytes. A line has some 200 bytes.
-pub(crate) const MAX_JOURNAL_BYTES: u64 = 1 << 30;
 
 /// The error of a file server that has no locks: Linux and macOS number it otherwise.
 const NO_LOCKS: i32 = if cfg!(target_os = "macos") { 77 } else { 37 };

@@ -13,7 +13,7 @@ use bristle_text::shown_path;
 use serde::{Deserialize, Serialize};
 
 use crate::digest::digest;
-use crate::disk::{MAX_JOURNAL_BYTES, lock, synced};
+use crate::disk::{lock, synced};
 use crate::journal::SOLVER;
 use crate::journal_file::JournalFileError;
 use crate::origin::{Program, listed, sealed, unsealed};
@@ -21,6 +21,8 @@ use crate::staged::FileError;
 
 /// Name of the file in the directory of the results.
 pub const FORCE_JOURNAL: &str = "calibration.jsonl";
+/// Longest journal, in bytes. A line has some 200 bytes.
+const MAX_JOURNAL_BYTES: u64 = 1 << 28;
 const KIND: &str = "bristle calibration";
 const UNBROKEN: &str = "nothing panics with the journal in hand";
 
@@ -68,10 +70,17 @@ impl ForceJournal {
         let mut file = opened.map_err(|error| FileError::new("open", &path, error))?;
         lock(&file, &path, directory)?;
         let mut text = String::new();
-        (&file)
-            .take(MAX_JOURNAL_BYTES)
-            .read_to_string(&mut text)
-            .map_err(|error| FileError::new("read", &path, error))?;
+        let read = (&file)
+            .take(MAX_JOURNAL_BYTES + 1)
+            .read_to_string(&mut text);
+        read.map_err(|error| FileError::new("read", &path, error))?;
+        if text.len() as u64 > MAX_JOURNAL_BYTES {
+            return Err(JournalFileError::Refused(format!(
+                "`{}` is longer than {} MiB, and no journal of a calibration: choose another directory with --out",
+                shown_path(&path),
+                MAX_JOURNAL_BYTES >> 20
+            )));
+        }
         let mut known = HashMap::new();
         let mut intact = 0;
         if let Some(line) = text.split_inclusive('\n').next() {

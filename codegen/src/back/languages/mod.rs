@@ -38,7 +38,7 @@ pub trait Dialect {
     /// How strongly the operands of a comparison must hold together.
     const COMPARED: u8 = QUOTIENT;
 
-    /// What stands before the names of functions.
+    /// Path of the functions, before their names.
     fn library(&self) -> &'static str {
         ""
     }
@@ -284,7 +284,7 @@ impl<D: Dialect> Notation for Program<'_, D> {
 /// stack.
 const MAX_DEPTH: usize = 6;
 
-/// How often each node is an operand or an output of `kernel`, by index.
+/// Counts how often each node is an operand or an output of `kernel`, by index.
 fn uses(kernel: &Kernel, order: &[NodeId]) -> Vec<usize> {
     let mut uses = vec![0; kernel.graph.nodes().len()];
     let operands = order

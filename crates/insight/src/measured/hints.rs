@@ -14,7 +14,7 @@ const FAR: f64 = 10.0;
 /// often rounded.
 const ROUNDED: f64 = 0.05;
 
-/// What is unusual about measured points in view of a study: forces of the wrong sign, two speeds
+/// Finds unusual measured points in view of a study: forces of the wrong sign, two speeds
 /// that do not belong together, speeds or depths far outside of it, or no point within.
 #[must_use]
 pub fn unusual_points(study: &Study, measured: &[Measurement]) -> Vec<Unusual> {

@@ -10,7 +10,7 @@ use bristle_codegen::ir::notation::{Notation, Text};
 use bristle_codegen::ir::writer::Writer;
 use bristle_codegen::model::chain::Motion;
 
-/// What a page needs of a notation besides expressions.
+/// Layout of a page, besides the notation of its expressions.
 pub(super) trait Layout: Notation {
     /// An element of a vector or matrix.
     fn element(&self, array: &str, indices: &[String]) -> String;
