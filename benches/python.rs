@@ -9,8 +9,8 @@ use std::time::Instant;
 use bristle::model::filament;
 use bristle::simulation::simulate;
 use bristle::tool::radial_clamp;
-use bristle_input::document::Document;
-use bristle_inspect::batch::{Batch, Member};
+use bristle_equations::batch::{Batch, Member};
+use bristle_study::input::document::Document;
 
 const FILE: &str = include_str!("../examples/zirconia.toml");
 const STATES: usize = 10_000;

@@ -25,7 +25,7 @@ use bristle::model::filament;
 use bristle::model::settings::Settings;
 use bristle::simulation::{Job, simulate, simulate_side_by_side};
 use bristle::tool::radial_clamp;
-use bristle_input::document::Document;
+use bristle_study::input::document::Document;
 
 /// Counts may differ by this fraction: another compiler changes some instructions, a relevant edit
 /// changes many.

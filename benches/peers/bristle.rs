@@ -15,9 +15,9 @@ use bristle::model::filament;
 use bristle::model::settings::{BrushSettings, Settings};
 use bristle::simulation::simulate;
 use bristle::tool::radial_clamp;
-use bristle_grid::{Study, run_study};
-use bristle_input::document::Document;
-use bristle_inspect::batch::{Batch, Member};
+use bristle_equations::batch::{Batch, Member};
+use bristle_study::grid::{Study, run_study};
+use bristle_study::input::document::Document;
 use serde::Deserialize;
 use serde_json::{Value, json};
 

@@ -29,9 +29,9 @@ use bristle_codegen::back::source::Origin;
 use bristle_codegen::model::chain;
 use bristle_codegen::model::kernels::kernels;
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
-use bristle_grid::run_study;
-use bristle_input::document::Document;
-use bristle_inspect::batch::{Batch, Member};
+use bristle_equations::batch::{Batch, Member};
+use bristle_study::grid::run_study;
+use bristle_study::input::document::Document;
 use criterion::{Criterion, criterion_group, criterion_main};
 
 /// The origin stated in the emitted source.

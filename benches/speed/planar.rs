@@ -13,7 +13,7 @@ use bristle::equations::{
 };
 use bristle::model::settings::Settings;
 use bristle::simulation::{Job, Pass, simulate_side_by_side};
-use bristle_inspect::batch::{Batch, Member};
+use bristle_equations::batch::{Batch, Member};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion};
 

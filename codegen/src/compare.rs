@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use bristle_text::shown;
+use crate::text::shown;
 use fastrand::Rng;
 
 use crate::ir::graph::{NodeId, Symbol};

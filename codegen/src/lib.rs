@@ -14,7 +14,7 @@
 //!    computes accelerations and implicit steps in O(n), and [`model::lateral`] those of the
 //!    variation of a planar motion out of its plane;
 //! 4. [`back`]: [`back::languages`] emits either form as Rust, [`back::json`] writes and reads JSON.
-//!    `bristle-inspect` has other languages, text, LaTeX and Markdown.
+//!    `bristle-equations` has other languages, text, LaTeX and Markdown.
 //!
 //! Energies of one's own enter before Lagrange's equations. This chain of two segments also adheres to
 //! the plane `y = 0`, with an energy that decays over a length `λ`:
@@ -52,8 +52,8 @@
 //! The dimensions are checked: without the division, the error says that `exp` is defined for
 //! numbers only. `codegen/examples/own_energy/` is a program that integrates such a chain.
 //!
-//! Two tools complete them: [`fingerprint`] hashes texts and sources and uses no layer, and
-//! [`mod@compare`] evaluates two derivations of the same kernels.
+//! Three tools complete them: [`fingerprint`] hashes texts and sources, [`text`] makes text of files
+//! fit for a message, and [`mod@compare`] evaluates two derivations of the same kernels.
 
 /// What this engine is called where its derivations say what made them.
 pub const MAKER: &str = concat!(
@@ -68,3 +68,4 @@ pub mod fingerprint;
 pub mod ir;
 pub mod model;
 pub mod passes;
+pub mod text;

@@ -12,27 +12,29 @@ use std::sync::OnceLock;
 use bristle::brush::{BrushRun, Checkpoint, RunOptions};
 use bristle::model::settings::{BrushSettings, Settings};
 use bristle::simulation::{Sampling, simulate_with};
-use bristle_codegen::back::json::{from_json, to_json};
-use bristle_codegen::back::languages::rust::emit;
-use bristle_codegen::back::source::Origin;
-use bristle_grid::{CaseResult, Study, run_study};
-use bristle_input::control_points::read_control_points;
-use bristle_input::document::Document;
-use bristle_input::input_error::InputError;
-use bristle_input::measured::{Format, Measurement, measured_text, read_measured, read_radii};
-use bristle_input::table::DataError;
-use bristle_insight::measured::{compare, comparison_table, unusual_points, write_comparison};
-use bristle_inspect::comparison::{States, compare_graph};
-use bristle_inspect::evaluation::evaluate;
-use bristle_inspect::state::parse_state;
-use bristle_store::checkpoint::{read_checkpoint, state_bytes, state_of, write_checkpoint};
-use bristle_store::journal::Journal;
-use bristle_store::results::{
+use bristle_app::insight::measured::{compare, comparison_table, unusual_points, write_comparison};
+use bristle_app::store::checkpoint::{read_checkpoint, state_bytes, state_of, write_checkpoint};
+use bristle_app::store::journal::Journal;
+use bristle_app::store::results::{
     FileHashes, case_text, read_brush_history, read_case, read_contacts, read_filaments,
     read_history, read_interaction, read_profile, read_runs, read_shapes, read_study,
     read_turn_impulses, study_text, write_brush_history, write_contacts, write_filaments,
     write_history, write_metrics, write_profile, write_runs, write_shapes,
 };
+use bristle_codegen::back::json::{from_json, to_json};
+use bristle_codegen::back::languages::rust::emit;
+use bristle_codegen::back::source::Origin;
+use bristle_equations::comparison::{States, compare_graph};
+use bristle_equations::evaluation::evaluate;
+use bristle_equations::state::parse_state;
+use bristle_study::grid::{CaseResult, Study, run_study};
+use bristle_study::input::control_points::read_control_points;
+use bristle_study::input::document::Document;
+use bristle_study::input::input_error::InputError;
+use bristle_study::input::measured::{
+    Format, Measurement, measured_text, read_measured, read_radii,
+};
+use bristle_study::input::table::DataError;
 use serde_json::{Value, json};
 
 /// A reader with its invariants; the error is the message of the reader.

@@ -4,14 +4,14 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use bristle::simulation::Stop;
-use bristle_calibrate::{
+use bristle_app::run::calibration::{OF_CALIBRATION, calibrated_text, write_calibration};
+use bristle_study::calibrate::{
     Calibration, FitError, Fitted, Means, Observer, Problem, Reach, STARTS, calibrate as fitted_to,
     summary,
 };
-use bristle_grid::Resources;
-use bristle_input::measured::{Format, read_points, read_radii};
-use bristle_run::calibration::{OF_CALIBRATION, calibrated_text, write_calibration};
-use bristle_text::layout::WIDTH;
+use bristle_study::grid::Resources;
+use bristle_study::input::measured::{Format, read_points, read_radii};
+use bristle_study::text::layout::WIDTH;
 use pyo3::prelude::*;
 
 use crate::error::{of_file, of_input, of_settings};

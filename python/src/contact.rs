@@ -6,14 +6,14 @@ use bristle::model::settings::Settings;
 use bristle::simulation::{
     ProfileCell, Sample, Sampling, Shape, Simulation, Statistics, Stop, simulate_places,
 };
-use bristle_grid::{CaseSummary, Study, Sweep, VELOCITY};
-use bristle_insight::assumptions::Assumptions;
-use bristle_insight::warnings::{of_contact, of_force};
-use bristle_report::page::{Recorder, page};
-use bristle_store::results::{
+use bristle_app::insight::assumptions::Assumptions;
+use bristle_app::insight::warnings::{of_contact, of_force};
+use bristle_app::report::page::{Recorder, page};
+use bristle_app::store::results::{
     read_history, read_profile, write_history, write_metrics, write_profile,
 };
-use bristle_text::layout::Warning;
+use bristle_study::grid::{CaseSummary, Study, Sweep, VELOCITY};
+use bristle_study::text::layout::Warning;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use bristle::simulation::Stop;
-use bristle_grid::{CaseResult, Resources, Study};
-use bristle_insight::convergence::converge as judged;
-use bristle_report::convergence::convergence_text;
-use bristle_run::convergence::{OF_CONVERGENCE, write_convergence};
-use bristle_run::{Means, Observer, StudyRun};
-use bristle_text::layout::WIDTH;
+use bristle_app::insight::convergence::converge as judged;
+use bristle_app::report::convergence::convergence_text;
+use bristle_app::run::convergence::{OF_CONVERGENCE, write_convergence};
+use bristle_app::run::{Means, Observer, StudyRun};
+use bristle_study::grid::{CaseResult, Resources, Study};
+use bristle_study::text::layout::WIDTH;
 use pyo3::prelude::*;
 
 use crate::error::{of_file, of_settings};

@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use std::sync::Mutex;
 
 use bristle::simulation::{Sampling, Stop};
-use bristle_grid::{CaseResult, Study, simulate_cases};
-use bristle_store::journal::Journal;
+use bristle_app::store::journal::Journal;
+use bristle_study::grid::{CaseResult, Study, simulate_cases};
 use pyo3::prelude::*;
 
 use crate::error::{of_input, of_value};

@@ -7,14 +7,14 @@ use bristle::model::parameters::Parameter;
 use bristle::model::settings::FilamentSettings;
 use bristle::simulation::Stop;
 use bristle::tool::radial_clamp;
-use bristle_grid::tentative;
-use bristle_inspect::batch::{Batch, BatchError, Member};
-use bristle_inspect::derive::{
+use bristle_equations::batch::{Batch, BatchError, Member};
+use bristle_equations::derive::{
     ARTICLE_WIDTH_MM, DeriveFormat, Derived, Equations, Motion, Shape, derive as derived,
     derive_fragment,
 };
-use bristle_inspect::evaluation;
-use bristle_inspect::state::parse_state;
+use bristle_equations::evaluation;
+use bristle_equations::state::parse_state;
+use bristle_study::grid::tentative;
 use numpy::{
     PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods,
 };

@@ -6,9 +6,9 @@ use std::io;
 use bristle::brush::BrushError;
 use bristle::integrate::IntegrationError as StepError;
 use bristle::simulation::{IntegrationError, SimulationError};
-use bristle_input::input_error::InputError;
-use bristle_store::journal_file::JournalFileError;
-use bristle_store::staged::{DocumentError, FileError};
+use bristle_app::store::journal_file::JournalFileError;
+use bristle_app::store::staged::{DocumentError, FileError};
+use bristle_study::input::input_error::InputError;
 use pyo3::PyErr;
 use pyo3::exceptions::PyValueError;
 

@@ -4,12 +4,12 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use bristle::model::settings::{Settings, WorkpieceKind};
-use bristle_input::document::Document;
-use bristle_input::input_error::InputError;
-use bristle_input::plausibility::{unusual, unusual_in_study};
-use bristle_store::staged::{
+use bristle_app::store::staged::{
     Occupied, occupy, prepare_directory, read_document, read_input as read_file,
 };
+use bristle_study::input::document::Document;
+use bristle_study::input::input_error::InputError;
+use bristle_study::input::plausibility::{unusual, unusual_in_study};
 use pyo3::prelude::*;
 
 use crate::error::{of_document, of_file, of_input, of_settings};

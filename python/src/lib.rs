@@ -25,7 +25,7 @@ fn _bristle(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add(
         "MOST_CONTROL_POINTS",
-        bristle_input::control_points::MOST_CONTROL_POINTS,
+        bristle_study::input::control_points::MOST_CONTROL_POINTS,
     )?;
     module.add_class::<input::Input>()?;
     module.add_class::<contact::Simulated>()?;

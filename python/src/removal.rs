@@ -5,13 +5,13 @@ use std::path::PathBuf;
 
 use bristle::model::record::Record;
 use bristle::simulation::Stop;
-use bristle_grid::Resources;
-use bristle_grid::removal::{Removal, remove as followed};
-use bristle_grid::uncertainty::check;
-use bristle_report::removal::{removal_text, warnings};
-use bristle_run::removal::{OF_REMOVAL, write_removal};
-use bristle_store::results::absent_from;
-use bristle_text::layout::{WIDTH, Warning};
+use bristle_app::report::removal::{removal_text, warnings};
+use bristle_app::run::removal::{OF_REMOVAL, write_removal};
+use bristle_app::store::results::absent_from;
+use bristle_study::grid::Resources;
+use bristle_study::grid::removal::{Removal, remove as followed};
+use bristle_study::grid::uncertainty::check;
+use bristle_study::text::layout::{WIDTH, Warning};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 

@@ -12,25 +12,25 @@ use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::record::Record;
 use bristle::model::settings::Settings;
 use bristle::simulation::{Statistics, Stop};
-use bristle_grid::brush::check_brushes;
-use bristle_grid::uncertainty::ForceScatter;
-use bristle_grid::{
-    CaseResult, Interaction, SPEED, Setting, Study, VELOCITY, by_work, simulate_cases_with,
-    without_result,
-};
-use bristle_insight::advice::{Limits, advise};
-use bristle_insight::assumptions::Assumptions;
-use bristle_insight::warnings::of_study;
-use bristle_report::page::Recorder;
-use bristle_run::{Means, Observer, RunError, StudyRun, Subject, page_of};
-use bristle_store::journal::Journal;
-use bristle_store::results::{
+use bristle_app::insight::advice::{Limits, advise};
+use bristle_app::insight::assumptions::Assumptions;
+use bristle_app::insight::warnings::of_study;
+use bristle_app::report::page::Recorder;
+use bristle_app::run::{Means, Observer, RunError, StudyRun, Subject, page_of};
+use bristle_app::store::journal::Journal;
+use bristle_app::store::results::{
     Cell, FIXED_COLUMNS, Origin, read_runs, read_study, run_columns, run_rows, study_text,
     write_runs,
 };
-use bristle_store::staged::StagedFile;
-use bristle_store::study_files::{RUNS, STUDY};
-use bristle_text::layout::{WIDTH, Warning};
+use bristle_app::store::staged::StagedFile;
+use bristle_app::store::study_files::{RUNS, STUDY};
+use bristle_study::grid::brush::check_brushes;
+use bristle_study::grid::uncertainty::ForceScatter;
+use bristle_study::grid::{
+    CaseResult, Interaction, SPEED, Setting, Study, VELOCITY, by_work, simulate_cases_with,
+    without_result,
+};
+use bristle_study::text::layout::{WIDTH, Warning};
 use numpy::PyArray1;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;

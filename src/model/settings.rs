@@ -2,7 +2,7 @@
 //!
 //! The name of a field is its key in an input file, and the unit is part of the name (SI
 //! throughout, angles in radians). One table, [`crate::model::parameters::PARAMETERS`], has the
-//! ranges of all numbers. The crate `bristle-input` reads the file.
+//! ranges of all numbers. The crate `bristle-study` reads the file.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 

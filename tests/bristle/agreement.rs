@@ -13,7 +13,7 @@ use bristle::workpiece::{Plane, Workpiece};
 use bristle_codegen::ir::graph::NodeId;
 use bristle_codegen::model::chain::Motion;
 use bristle_codegen::model::lagrange::whole_equations;
-use bristle_inspect::evaluation::symbol_values;
+use bristle_equations::evaluation::symbol_values;
 use fastrand::Rng;
 
 /// The tool, which every system has; the loads do not depend on it.

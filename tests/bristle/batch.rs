@@ -13,7 +13,7 @@ use bristle::model::settings::{Settings, Turns};
 use bristle::simulation::{
     Job, Kind, Pass, Sampling, Simulation, SimulationError, simulate, simulate_side_by_side,
 };
-use bristle_inspect::batch::{Batch, Member};
+use bristle_equations::batch::{Batch, Member};
 use fastrand::Rng;
 
 /// Chains with different constants, bent and straight; some joints are far beyond the range of the

@@ -1,6 +1,6 @@
 //! Is it right? Rows of filaments that touch, compared with an independent code:
 //! `derivations/passes.py row` states them again in the plane, differentiates the energy of
-//! their contact, and integrates them with CVODES. `crates/validation` compares them with
+//! their contact, and integrates them with CVODES. `tests/validation` compares them with
 //! MuJoCo, too.
 
 use std::f64::consts::TAU;

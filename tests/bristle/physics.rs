@@ -1,11 +1,11 @@
-//! Is it physics? Slow and stiff contacts, and singular points. `crates/validation` has the exact
+//! Is it physics? Slow and stiff contacts, and singular points. `tests/validation` has the exact
 //! solutions.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::common::{case, filament, random_state, residual};
 use bristle::simulation::simulate;
-use bristle_inspect::evaluation::{ChainState, evaluate};
+use bristle_equations::evaluation::{ChainState, evaluate};
 use fastrand::Rng;
 
 #[test]

@@ -18,7 +18,7 @@ use bristle::simulation::{
 };
 use bristle::tool::FixedClamp;
 use bristle::workpiece::Plane;
-use bristle_inspect::evaluation::{ChainState, EvaluationError, evaluate};
+use bristle_equations::evaluation::{ChainState, EvaluationError, evaluate};
 use fastrand::Rng;
 
 /// Coordinates, rates and accelerations.

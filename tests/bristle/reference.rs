@@ -2,7 +2,7 @@
 //! regenerate the values.
 
 use bristle::model::settings::FilamentSettings;
-use bristle_inspect::evaluation::{ChainState, Evaluation, evaluate};
+use bristle_equations::evaluation::{ChainState, Evaluation, evaluate};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 

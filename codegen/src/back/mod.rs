@@ -1,4 +1,4 @@
-//! The outputs of the engine: kernels as Rust, and as JSON. `bristle-inspect` writes them in other
+//! The outputs of the engine: kernels as Rust, and as JSON. `bristle-equations` writes them in other
 //! languages, and as mathematics for people to read.
 
 pub mod json;

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use bristle::equations::VERSION;
-use bristle_input::schema::input_schema;
+use bristle_study::input::schema::input_schema;
 use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::commands::{
@@ -33,7 +33,7 @@ length_m or contact_normal_impulse_n_s.
 
 Results that people read go to stdout, progress and notes to stderr. Lines are
 made for the width of the terminal, or for that in COLUMNS, or else for 80
-columns. RUST_LOG=debug writes a log to stderr, and RUST_LOG=bristle_grid=debug
+columns. RUST_LOG=debug writes a log to stderr, and RUST_LOG=bristle_study=debug
 one of a single crate or module.
 
 Exit status:

@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use bristle::brush::Checkpoint;
 use bristle::model::settings::Settings;
-use bristle_store::checkpoint::{CheckpointError, read_checkpoint, write_checkpoint};
-use bristle_store::staged::{FileError, StagedFile, read_bytes, remove};
+use bristle_app::store::checkpoint::{CheckpointError, read_checkpoint, write_checkpoint};
+use bristle_app::store::staged::{FileError, StagedFile, read_bytes, remove};
 
 use crate::error::CliError;
 

@@ -7,19 +7,19 @@ use std::process::ExitCode;
 
 use bristle::brush::BrushError;
 use bristle::simulation::SimulationError;
-use bristle_input::explain::UnknownKey;
-use bristle_input::input_error::InputError;
-use bristle_input::table::DataError;
-use bristle_insight::convergence::ConvergenceError;
-use bristle_insight::joined::JoinError;
-use bristle_inspect::evaluation::EvaluationError;
-use bristle_report::drawing::format::FormatError;
-use bristle_run::RunError;
-use bristle_store::checkpoint::CheckpointError;
-use bristle_store::journal_file::JournalFileError;
-use bristle_store::staged::{DocumentError, FileError};
-use bristle_store::study_files::STUDY;
-use bristle_text::shown_path;
+use bristle_app::insight::convergence::ConvergenceError;
+use bristle_app::insight::joined::JoinError;
+use bristle_app::report::drawing::format::FormatError;
+use bristle_app::run::RunError;
+use bristle_app::store::checkpoint::CheckpointError;
+use bristle_app::store::journal_file::JournalFileError;
+use bristle_app::store::staged::{DocumentError, FileError};
+use bristle_app::store::study_files::STUDY;
+use bristle_equations::evaluation::EvaluationError;
+use bristle_study::input::explain::UnknownKey;
+use bristle_study::input::input_error::InputError;
+use bristle_study::input::table::DataError;
+use bristle_study::text::shown_path;
 
 /// Exit status if the input or the call is wrong.
 const BAD_INPUT: u8 = 2;

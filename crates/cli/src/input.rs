@@ -3,11 +3,11 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use bristle_grid::brush::check_brushes;
-use bristle_grid::{Resources, Study};
-use bristle_input::document::Document;
-use bristle_input::plausibility::{Unusual, warnings};
-use bristle_store::staged::{FileError, read_document, read_input, read_stdin};
+use bristle_app::store::staged::{FileError, read_document, read_input, read_stdin};
+use bristle_study::grid::brush::check_brushes;
+use bristle_study::grid::{Resources, Study};
+use bristle_study::input::document::Document;
+use bristle_study::input::plausibility::{Unusual, warnings};
 use clap::Args;
 
 use crate::error::CliError;

@@ -19,7 +19,7 @@ use std::env;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use bristle_text::shown;
+use bristle_study::text::shown;
 use clap::{CommandFactory, FromArgMatches};
 
 use args::{Cli, OVERVIEW};

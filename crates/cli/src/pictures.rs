@@ -7,19 +7,19 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 use std::{fs, iter, thread};
 
-use bristle_input::measured::{Format as TableFormat, Measurement, read_measured};
-use bristle_insight::measured::{Comparison, compare, comparison_table, write_comparison};
-use bristle_report::drawing::format::{Format, parse_font, parse_font_size, parse_width};
-use bristle_report::figures::{
+use bristle_app::insight::measured::{Comparison, compare, comparison_table, write_comparison};
+use bristle_app::report::drawing::format::{Format, parse_font, parse_font_size, parse_width};
+use bristle_app::report::figures::{
     Picture, Pictures, brush_figures, is_of_brush, is_of_contact, is_of_study, main_figures,
     study_figures,
 };
-use bristle_store::staged::{FileError, StagedFile, occupy, prepare_directory, read_table};
-use bristle_store::study_files::{COMPARISON, MEASURED};
+use bristle_app::store::staged::{FileError, StagedFile, occupy, prepare_directory, read_table};
+use bristle_app::store::study_files::{COMPARISON, MEASURED};
+use bristle_study::input::measured::{Format as TableFormat, Measurement, read_measured};
 
-use bristle_grid::{CaseResult, Study, thread_count};
-use bristle_store::results::SavedStudy;
-use bristle_text::shown_path;
+use bristle_app::store::results::SavedStudy;
+use bristle_study::grid::{CaseResult, Study, thread_count};
+use bristle_study::text::shown_path;
 use clap::{Args, ValueEnum};
 
 use crate::error::CliError;

@@ -9,9 +9,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use bristle_grid::work;
-use bristle_run::{Observer, StudyRun};
-use bristle_text::is_invisible;
+use bristle_app::run::{Observer, StudyRun};
+use bristle_study::grid::work;
+use bristle_study::text::is_invisible;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 

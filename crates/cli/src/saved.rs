@@ -4,20 +4,20 @@ use std::path::Path;
 
 use bristle::model::settings::Settings;
 use bristle::simulation::{ProfileCell, Sample, Shape};
-use bristle_input::table::DataError;
-use bristle_report::drawing::format::Format;
-use bristle_report::figures::{Brush, Picture, contact_figures};
-use bristle_report::vtk::is_file_name;
-use bristle_store::staged::{FileError, read_results};
-use bristle_store::study_files::{RUNS, STUDY};
+use bristle_app::report::drawing::format::Format;
+use bristle_app::report::figures::{Brush, Picture, contact_figures};
+use bristle_app::report::vtk::is_file_name;
+use bristle_app::store::staged::{FileError, read_results};
+use bristle_app::store::study_files::{RUNS, STUDY};
+use bristle_study::input::table::DataError;
 
-use bristle_grid::CaseResult;
-use bristle_store::results::{
+use bristle_app::store::results::{
     Origin, SavedCase, SavedStudy, read_brush_history, read_case, read_contacts, read_filaments,
     read_history, read_interaction, read_profile, read_runs, read_shapes, read_study,
     read_turn_impulses,
 };
-use bristle_text::{shortened, shown_path};
+use bristle_study::grid::CaseResult;
+use bristle_study::text::{shortened, shown_path};
 
 use crate::error::CliError;
 use crate::terminal::say;

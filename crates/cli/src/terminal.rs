@@ -7,10 +7,10 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Mutex;
 
-use bristle_insight::assumptions::Assumptions;
-use bristle_store::staged::{FileError, StagedFile};
-use bristle_text::layout::WIDTH;
-use bristle_text::{Lines, shown_path};
+use bristle_app::insight::assumptions::Assumptions;
+use bristle_app::store::staged::{FileError, StagedFile};
+use bristle_study::text::layout::WIDTH;
+use bristle_study::text::{Lines, shown_path};
 use indicatif::ProgressBar;
 use terminal_size::terminal_size_of;
 use tracing_subscriber::filter::Targets;
@@ -58,7 +58,7 @@ fn above_the_bar<R>(write: impl FnOnce() -> R) -> R {
 }
 
 /// Writes a log to stderr if the environment variable `RUST_LOG` requests one, with values such as
-/// `debug` or `bristle_grid=debug`.
+/// `debug` or `bristle_study=debug`.
 ///
 /// Only levels per module can be selected. The usual filter would add regular expressions.
 pub fn start_log() {

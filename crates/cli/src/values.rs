@@ -4,7 +4,7 @@ use std::fs;
 use std::num::NonZeroUsize;
 
 use bristle::model::parameters::Parameter;
-use bristle_grid::Resources;
+use bristle_study::grid::Resources;
 use clap::Args;
 
 /// Largest number of threads.

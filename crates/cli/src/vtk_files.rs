@@ -5,10 +5,10 @@ use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use bristle_report::vtk::is_file_name;
-use bristle_store::digest::digest;
-use bristle_store::results::FileHashes;
-use bristle_store::staged::{FileError, StagedFile, remove};
+use bristle_app::report::vtk::is_file_name;
+use bristle_app::store::digest::digest;
+use bristle_app::store::results::FileHashes;
+use bristle_app::store::staged::{FileError, StagedFile, remove};
 
 /// Subdirectory of the results for the files.
 pub const VTK: &str = "vtk";

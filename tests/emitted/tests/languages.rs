@@ -21,8 +21,8 @@ use bristle_codegen::model::lagrange::whole_equations;
 use bristle_emitted::catalogue::{self, COVERAGE};
 use bristle_emitted::chains::{self, CHAINS};
 use bristle_emitted::{emitted, whole};
-use bristle_inspect::evaluation::{ChainState, evaluate, symbol_values};
-use bristle_inspect::languages::{SourceFile, c, matlab, numpy, rust, sympy};
+use bristle_equations::evaluation::{ChainState, evaluate, symbol_values};
+use bristle_equations::languages::{SourceFile, c, matlab, numpy, rust, sympy};
 use fastrand::Rng;
 use tempfile::TempDir;
 

@@ -3,7 +3,7 @@
 use std::fmt::{self, Formatter};
 use std::marker::PhantomData;
 
-use bristle_text::shortened;
+use crate::text::shortened;
 use serde::de::{self, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::fmt::{self, Formatter};
 use std::marker::PhantomData;
 
-use bristle_text::{is_invisible, shortened, shown};
+use crate::text::{is_invisible, shortened, shown};
 use num_rational::Ratio;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{self, IgnoredAny, MapAccess, SeqAccess, Visitor};

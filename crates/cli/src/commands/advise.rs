@@ -4,8 +4,8 @@ use std::io;
 use std::path::PathBuf;
 
 use bristle::simulation::Stop;
-use bristle_grid::VELOCITY;
-use bristle_insight::advice::{Limits, advise};
+use bristle_app::insight::advice::{Limits, advise};
+use bristle_study::grid::VELOCITY;
 use clap::Args;
 
 use crate::error::CliError;

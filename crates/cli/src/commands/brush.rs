@@ -8,21 +8,21 @@ use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions};
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
 use bristle::simulation::Stop;
-use bristle_grid::check::{FINER_BRUSH, check_text, finer_brush};
-use bristle_grid::{Interaction, calibration_band, press_brush, thread_count};
-use bristle_input::plausibility::unusual;
-use bristle_insight::assumptions::Assumptions;
-use bristle_insight::warnings::{of_brush, of_force};
-use bristle_report::figures::{Brush, brush_figures};
-use bristle_report::page::{Notes, brush_page};
-use bristle_report::tables::{band_line, brush_table, check_table};
-use bristle_report::vtk::{MAX_SHAPES, brush_files, is_file_name};
-use bristle_store::results::{
+use bristle_app::insight::assumptions::Assumptions;
+use bristle_app::insight::warnings::{of_brush, of_force};
+use bristle_app::report::figures::{Brush, brush_figures};
+use bristle_app::report::page::{Notes, brush_page};
+use bristle_app::report::tables::{band_line, brush_table, check_table};
+use bristle_app::report::vtk::{MAX_SHAPES, brush_files, is_file_name};
+use bristle_app::store::results::{
     FileHashes, case_text, write_brush_history, write_brush_metrics, write_contacts,
     write_filaments,
 };
-use bristle_store::staged::{StagedFile, occupy, prepare_directory, remove};
-use bristle_text::shown_path;
+use bristle_app::store::staged::{StagedFile, occupy, prepare_directory, remove};
+use bristle_study::grid::check::{FINER_BRUSH, check_text, finer_brush};
+use bristle_study::grid::{Interaction, calibration_band, press_brush, thread_count};
+use bristle_study::input::plausibility::unusual;
+use bristle_study::text::shown_path;
 use clap::Args;
 
 use crate::checkpoint_file::{CHECKPOINT, CheckpointFile};

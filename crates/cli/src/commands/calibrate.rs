@@ -5,17 +5,19 @@ use std::path::{Path, absolute};
 use std::process::ExitCode;
 
 use bristle::model::settings::Settings;
-use bristle_calibrate::{
+use bristle_app::insight::warnings::without_interaction;
+use bristle_app::report::figures::{calibration_figures, is_of_calibration};
+use bristle_app::run::calibration::{
+    CALIBRATED, OF_CALIBRATION, calibrated_text, write_calibration,
+};
+use bristle_app::store::force_journal::{FORCE_JOURNAL, ForceJournal};
+use bristle_app::store::staged::{occupy, prepare_directory, read_table, relative_to};
+use bristle_study::calibrate::{
     Calibration, FitError, Fitted, Forces, Interrupted, Means, Observer, Problem, Reach, STARTS,
     calibrate, summary,
 };
-use bristle_input::measured::{read_points, read_radii};
-use bristle_insight::warnings::without_interaction;
-use bristle_report::figures::{calibration_figures, is_of_calibration};
-use bristle_run::calibration::{CALIBRATED, OF_CALIBRATION, calibrated_text, write_calibration};
-use bristle_store::force_journal::{FORCE_JOURNAL, ForceJournal};
-use bristle_store::staged::{occupy, prepare_directory, read_table, relative_to};
-use bristle_text::shown_path;
+use bristle_study::input::measured::{read_points, read_radii};
+use bristle_study::text::shown_path;
 use clap::Args;
 
 use crate::error::CliError;

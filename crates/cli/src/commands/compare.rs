@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use bristle_inspect::comparison::{MAX_GRAPH_BYTES, States, compare_graph};
-use bristle_store::staged::read_text;
+use bristle_app::store::staged::read_text;
+use bristle_equations::comparison::{MAX_GRAPH_BYTES, States, compare_graph};
 use clap::Args;
 
 use crate::error::CliError;

@@ -4,17 +4,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use bristle::simulation::Stop;
-use bristle_insight::assumptions::Assumptions;
-use bristle_insight::joined::{Joined, NamedStudy, join};
-use bristle_report::figures::is_of_study;
-use bristle_report::page::Recorder;
-use bristle_run::{Subject, publish};
-use bristle_store::journal_file::JOURNAL;
-use bristle_store::staged::prepare_directory;
-use bristle_store::study_files::occupy_results;
-use bristle_text::layout::note;
-use bristle_text::number::counted;
-use bristle_text::shown_path;
+use bristle_app::insight::assumptions::Assumptions;
+use bristle_app::insight::joined::{Joined, NamedStudy, join};
+use bristle_app::report::figures::is_of_study;
+use bristle_app::report::page::Recorder;
+use bristle_app::run::{Subject, publish};
+use bristle_app::store::journal_file::JOURNAL;
+use bristle_app::store::staged::prepare_directory;
+use bristle_app::store::study_files::occupy_results;
+use bristle_study::text::layout::note;
+use bristle_study::text::number::counted;
+use bristle_study::text::shown_path;
 use clap::Args;
 
 use crate::commands::study::show_tables;

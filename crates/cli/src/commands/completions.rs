@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use bristle_store::staged::{StagedFile, occupy, prepare_directory};
+use bristle_app::store::staged::{StagedFile, occupy, prepare_directory};
 use clap::{Args, Command};
 use clap_complete::{Shell, generate};
 use clap_mangen::Man;

@@ -3,17 +3,17 @@
 use std::process::ExitCode;
 
 use bristle::model::settings::Settings;
-use bristle_grid::{CaseResult, Study};
-use bristle_input::plausibility::unusual;
-use bristle_insight::convergence::{ConvergenceError, Plan, converge};
-use bristle_report::convergence::convergence_text;
-use bristle_report::figures::{convergence_figures, is_of_convergence};
-use bristle_run::convergence::{OF_CONVERGENCE, write_convergence};
-use bristle_run::{Means, RunError, StudyRun};
-use bristle_store::staged::{occupy, prepare_directory};
-use bristle_text::layout::note;
-use bristle_text::number::counted;
-use bristle_text::shown;
+use bristle_app::insight::convergence::{ConvergenceError, Plan, converge};
+use bristle_app::report::convergence::convergence_text;
+use bristle_app::report::figures::{convergence_figures, is_of_convergence};
+use bristle_app::run::convergence::{OF_CONVERGENCE, write_convergence};
+use bristle_app::run::{Means, RunError, StudyRun};
+use bristle_app::store::staged::{occupy, prepare_directory};
+use bristle_study::grid::{CaseResult, Study};
+use bristle_study::input::plausibility::unusual;
+use bristle_study::text::layout::note;
+use bristle_study::text::number::counted;
+use bristle_study::text::shown;
 use clap::Args;
 
 use crate::commands::study::LONGEST_FAILURE;

@@ -4,12 +4,12 @@ use std::ffi::OsStr;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use bristle_grid::tentative;
-use bristle_inspect::derive::{
+use bristle_app::report::drawing::format::parse_width;
+use bristle_app::store::staged::{StagedFile, directory_of, occupy, prepare_directory};
+use bristle_equations::derive::{
     ARTICLE_WIDTH_MM, DeriveFormat, Derived, Equations, Motion, Shape, derive, derive_fragment,
 };
-use bristle_report::drawing::format::parse_width;
-use bristle_store::staged::{StagedFile, directory_of, occupy, prepare_directory};
+use bristle_study::grid::tentative;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 

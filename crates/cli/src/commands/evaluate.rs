@@ -3,10 +3,10 @@
 use std::io;
 use std::path::PathBuf;
 
-use bristle_input::plausibility::unusual;
-use bristle_inspect::evaluation::evaluate;
-use bristle_inspect::state::parse_state;
-use bristle_store::staged::read_input;
+use bristle_app::store::staged::read_input;
+use bristle_equations::evaluation::evaluate;
+use bristle_equations::state::parse_state;
+use bristle_study::input::plausibility::unusual;
 use clap::Args;
 
 use crate::error::CliError;

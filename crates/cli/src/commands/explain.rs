@@ -1,6 +1,6 @@
 //! `bristle explain`.
 
-use bristle_input::explain::{all_keys, explain};
+use bristle_study::input::explain::{all_keys, explain};
 use clap::Args;
 
 use crate::error::CliError;

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use bristle_run::StudyRun;
-use bristle_store::journal_file::{JOURNAL, JournalFile};
+use bristle_app::run::StudyRun;
+use bristle_app::store::journal_file::{JOURNAL, JournalFile};
 use clap::Args;
 
 use crate::commands::study::{StudyArgs, run_whole};

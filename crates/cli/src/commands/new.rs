@@ -4,14 +4,14 @@ use std::io::{self, BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
 
 use bristle::model::settings::ToolKind;
-use bristle_input::first_file::{
+use bristle_app::store::staged::{FileError, StagedFile};
+use bristle_study::input::first_file::{
     ANGLE, Answers, FirstFile, LENGTH, MODULUS, QUESTIONS, Question, SIZE, Size, TILT, WIDTH,
     first_file, reach_m,
 };
-use bristle_input::materials::{MATERIALS, Material};
-use bristle_input::plausibility::warnings;
-use bristle_store::staged::{FileError, StagedFile};
-use bristle_text::layout;
+use bristle_study::input::materials::{MATERIALS, Material};
+use bristle_study::input::plausibility::warnings;
+use bristle_study::text::layout;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 
 use crate::error::CliError;

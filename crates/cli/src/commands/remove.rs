@@ -2,13 +2,13 @@
 
 use std::process::ExitCode;
 
-use bristle_grid::removal::{RemovalError, remove};
-use bristle_grid::uncertainty::check;
-use bristle_input::plausibility::unusual;
-use bristle_report::figures::{is_of_removal, removal_figures};
-use bristle_report::removal::{removal_text, warnings};
-use bristle_run::removal::{OF_REMOVAL, write_removal};
-use bristle_store::staged::{occupy, prepare_directory};
+use bristle_app::report::figures::{is_of_removal, removal_figures};
+use bristle_app::report::removal::{removal_text, warnings};
+use bristle_app::run::removal::{OF_REMOVAL, write_removal};
+use bristle_app::store::staged::{occupy, prepare_directory};
+use bristle_study::grid::removal::{RemovalError, remove};
+use bristle_study::grid::uncertainty::check;
+use bristle_study::input::plausibility::unusual;
 use clap::Args;
 
 use crate::error::CliError;

@@ -5,22 +5,22 @@ use std::io;
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, Sampling, Shape, Stop, simulate_places};
-use bristle_grid::check::{FINER_PASS, check_text, finer_pass};
-use bristle_input::plausibility::unusual;
-use bristle_insight::assumptions::Assumptions;
-use bristle_insight::warnings::{of_contact, of_force};
-use bristle_report::figures::drawn_shapes;
+use bristle_app::insight::assumptions::Assumptions;
+use bristle_app::insight::warnings::{of_contact, of_force};
+use bristle_app::report::figures::drawn_shapes;
 #[cfg(feature = "parquet")]
-use bristle_report::parquet::write_history_parquet;
-use bristle_report::tables::{check_table, contact_table};
-use bristle_report::view::first_turn;
-use bristle_report::vtk::{MAX_SHAPES, files, is_file_name};
-use bristle_store::results::{
+use bristle_app::report::parquet::write_history_parquet;
+use bristle_app::report::tables::{check_table, contact_table};
+use bristle_app::report::view::first_turn;
+use bristle_app::report::vtk::{MAX_SHAPES, files, is_file_name};
+use bristle_app::store::results::{
     FileHashes, case_text, write_history, write_metrics, write_positions, write_profile,
     write_shapes,
 };
-use bristle_store::staged::{StagedFile, occupy, prepare_directory, remove};
-use bristle_text::layout::note;
+use bristle_app::store::staged::{StagedFile, occupy, prepare_directory, remove};
+use bristle_study::grid::check::{FINER_PASS, check_text, finer_pass};
+use bristle_study::input::plausibility::unusual;
+use bristle_study::text::layout::note;
 use clap::Args;
 
 use crate::error::CliError;

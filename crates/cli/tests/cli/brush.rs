@@ -8,9 +8,9 @@ use std::time::Duration;
 use bristle::model::metrics::Metrics;
 use bristle::model::record::Record;
 use bristle::model::settings::BrushSettings;
-use bristle_grid::Interaction;
-use bristle_grid::brush::{Having, metric_columns};
-use bristle_store::results::keys;
+use bristle_app::store::results::keys;
+use bristle_study::grid::Interaction;
+use bristle_study::grid::brush::{Having, metric_columns};
 use insta::assert_snapshot;
 
 use crate::program::{

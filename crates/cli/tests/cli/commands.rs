@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Command as Process;
 
-use bristle_store::results::run_columns;
+use bristle_app::store::results::run_columns;
 use predicates::str::contains;
 use serde_json::{Value, json};
 
@@ -239,7 +239,7 @@ fn measured_forces_are_compared_and_drawn() {
         ],
     );
 
-    // The unit tests of `bristle_insight::measured` compute what they are.
+    // The unit tests of `bristle_app::insight::measured` compute what they are.
     let heading = "brushing_velocity_m_s,penetration_depth_m,measured_force_n,measured_std_n,simulated_force_n,\
                    simulated_uncertainty_n,difference_n,within_std,status\n";
     let comparison = workspace.read("results/measured_comparison.csv");

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use bristle_text::columns;
+use bristle_study::text::columns;
 
 use crate::program::{Workspace, brush, has, is_near, number, words};
 

@@ -1,10 +1,10 @@
 //! The first steps: a file from a few answers, and what its keys mean.
 
 use bristle::model::parameters::PARAMETERS;
-use bristle_input::friction::{PAIRINGS, Pairing, range_of_all};
-use bristle_input::materials::{MATERIALS, Spread};
-use bristle_input::mixture::Mixture;
-use bristle_text::number::significant;
+use bristle_study::input::friction::{PAIRINGS, Pairing, range_of_all};
+use bristle_study::input::materials::{MATERIALS, Spread};
+use bristle_study::input::mixture::Mixture;
+use bristle_study::text::number::significant;
 
 use crate::program::{Workspace, has, lacks, section};
 

@@ -3,16 +3,16 @@
 
 use bristle::model::metrics::Metrics;
 use bristle::model::record::{Column, Needs, Prominence, Record, Scope};
-use bristle_grid::brush::{Having, metric_columns};
-use bristle_grid::{CaseResult, Interaction, Study, run_study};
-use bristle_insight::assumptions::Assumptions;
-use bristle_report::drawing::format::Format;
-use bristle_report::figures::study_figures;
-use bristle_report::page::page;
-use bristle_report::tables::study_tables;
-use bristle_store::results::run_columns;
-use bristle_text::capitalised;
-use bristle_text::layout::{WIDTH, wrap};
+use bristle_app::insight::assumptions::Assumptions;
+use bristle_app::report::drawing::format::Format;
+use bristle_app::report::figures::study_figures;
+use bristle_app::report::page::page;
+use bristle_app::report::tables::study_tables;
+use bristle_app::store::results::run_columns;
+use bristle_study::grid::brush::{Having, metric_columns};
+use bristle_study::grid::{CaseResult, Interaction, Study, run_study};
+use bristle_study::text::capitalised;
+use bristle_study::text::layout::{WIDTH, wrap};
 
 use crate::program::{self, Workspace, brush, documented, is_derived, page_data};
 

@@ -1,8 +1,8 @@
 //! Mistakes in input files, options and tables: snapshots of the messages, with place and remedy.
 
-use bristle_input::document::Document;
-use bristle_input::input_error::InputError;
-use bristle_text::columns;
+use bristle_study::input::document::Document;
+use bristle_study::input::input_error::InputError;
+use bristle_study::text::columns;
 use insta::assert_snapshot;
 
 use crate::commands::{FILE as STUDY, FORCES};
@@ -69,7 +69,7 @@ const MISTAKES: &[(&str, &str)] = &[
     ("[tool]", "measured = 3\n[tool]"),
 ];
 
-/// A line of [`FILE`], and a value that is unusual. The unit tests of `bristle_input::plausibility`
+/// A line of [`FILE`], and a value that is unusual. The unit tests of `bristle_study::input::plausibility`
 /// have more of them.
 const UNUSUAL: &[(&str, &str)] = &[
     (LENGTH, "length_m = 30.0"),

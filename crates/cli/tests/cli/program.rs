@@ -8,8 +8,8 @@ use std::process::{Child, Command as Process, ExitStatus};
 use assert_cmd::Command;
 use bristle::model::record::Column;
 use bristle::model::settings::Settings;
-use bristle_grid::Study;
-use bristle_input::document::Document;
+use bristle_study::grid::Study;
+use bristle_study::input::document::Document;
 use serde_json::Value;
 use tempfile::TempDir;
 

@@ -246,7 +246,8 @@ fn assert_ends(files: &BTreeMap<String, Vec<u8>>, file: &str, call: &[&str], sta
         assert!(is_odd == [false; 3], "{told}");
         let texts = after.iter().filter(|(name, _)| name.ends_with(".html"));
         let texts = texts.map(|(_, text)| String::from_utf8_lossy(text).into_owned());
-        let is_invisible = |letter: char| letter != '\n' && bristle_text::is_invisible(letter);
+        let is_invisible =
+            |letter: char| letter != '\n' && bristle_study::text::is_invisible(letter);
         for text in texts.chain([stdout, stderr]) {
             assert!(!text.contains(is_invisible), "{call:?}: {text:.300}");
         }

@@ -9,7 +9,7 @@ use std::sync::LazyLock;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use bristle_store::journal::{Contents, Journal, JournalError};
+use bristle_app::store::journal::{Contents, Journal, JournalError};
 use serde_json::{Value, json};
 
 use crate::program::{self, brush, has, ignores_interrupts, interrupt, kill, lacks};
@@ -276,7 +276,7 @@ fn a_finished_study_is_written_again_from_its_journal() {
     lacks(&message, &[" remain"]);
 }
 
-/// The unit tests of `bristle_store::journal` cut it off at each byte.
+/// The unit tests of `bristle_app::store::journal` cut it off at each byte.
 #[test]
 fn a_line_that_was_cut_off_is_dropped_with_a_note() {
     let workspace = Workspace::new();
@@ -292,8 +292,7 @@ fn a_line_that_was_cut_off_is_dropped_with_a_note() {
     let torn = last.expect("the last line").len();
     let note =
         format!("note: the last {torn} bytes of `results/journal.jsonl` were an incomplete line");
-    let logged =
-        "WARN bristle_store::journal_file: dropped an incomplete line at the end of the journal";
+    let logged = "WARN bristle_app::store::journal_file: dropped an incomplete line at the end of the journal";
     has(
         &ends(&output, FAILED_CASES),
         &[&note, "179 of 180 cases", logged],
@@ -307,7 +306,7 @@ fn a_line_that_was_cut_off_is_dropped_with_a_note() {
     );
 }
 
-/// The unit tests of `bristle_store::journal` have more of them.
+/// The unit tests of `bristle_app::store::journal` have more of them.
 #[test]
 fn other_journals_are_not_mixed_in() {
     let workspace = Workspace::new();
@@ -437,29 +436,36 @@ fn the_log_is_written_on_request() {
             .output()
             .expect("the program starts");
         // The log is not on stdout.
-        lacks(&String::from_utf8_lossy(&output.stdout), &["bristle_grid"]);
+        lacks(&String::from_utf8_lossy(&output.stdout), &["bristle_study"]);
         ends(&output, FAILED_CASES)
     };
     let debug = log("debug");
     for (line, count) in [
         (
-            "DEBUG bristle_grid::scheduler: case done case=",
+            "DEBUG bristle_study::grid::scheduler: case done case=",
             CASES - FAILURES,
         ),
-        ("WARN bristle_grid::scheduler: case failed case=", FAILURES),
+        (
+            "WARN bristle_study::grid::scheduler: case failed case=",
+            FAILURES,
+        ),
     ] {
         // Cases whose courses are drawn may be simulated again.
         assert!(debug.matches(line).count() >= count, "{line}");
     }
-    let started = "INFO bristle_grid::scheduler: study started cases=180 to_simulate=180 threads=";
+    let started =
+        "INFO bristle_study::grid::scheduler: study started cases=180 to_simulate=180 threads=";
     has(
         &debug,
-        &[started, "DEBUG bristle_store::journal_file: journal opened"],
+        &[
+            started,
+            "DEBUG bristle_app::store::journal_file: journal opened",
+        ],
     );
     let warnings = log("bristle=warn");
-    has(&warnings, &["WARN bristle_grid"]);
+    has(&warnings, &["WARN bristle_study"]);
     lacks(&warnings, &["INFO"]);
-    lacks(&log(""), &["bristle_grid"]);
+    lacks(&log(""), &["bristle_study"]);
     let wrong = "note: RUST_LOG is `bristle=loudly` and has no effect";
     has(&log("bristle=loudly"), &[wrong]);
 }

@@ -121,7 +121,7 @@ fn figures_are_drawn_as_asked() {
     has(&svg, &[">One contact"]);
     directory.run("plot one --no-title --figures svg");
     lacks(&directory.read("one/figures/history.svg"), &["One contact"]);
-    // The unit tests of `bristle_report::drawing::format` have more of them.
+    // The unit tests of `bristle_app::report::drawing::format` have more of them.
     for (options, told) in [
         ("--figure-width 84", "must be a length with its unit"),
         ("--font-size 72pt", "must be 4 pt to 24 pt"),

@@ -3,9 +3,9 @@
 
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
-use bristle_grid::{CaseResult, Study, run_study};
-use bristle_report::tables::study_tables;
-use bristle_text::layout::WIDTH;
+use bristle_app::report::tables::study_tables;
+use bristle_study::grid::{CaseResult, Study, run_study};
+use bristle_study::text::layout::WIDTH;
 use serde_json::Value;
 
 use crate::program::{self, Workspace, brush, has, lacks, section, sparse};

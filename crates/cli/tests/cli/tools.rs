@@ -252,7 +252,7 @@ fn tools_alone_are_an_axis() {
     assert_eq!(workspace.read("results/runs.csv").lines().count(), 4);
 }
 
-/// The unit tests of `bristle_insight::joined` have more of them.
+/// The unit tests of `bristle_app::insight::joined` have more of them.
 #[test]
 fn saved_studies_are_compared_as_tools() {
     let workspace = Workspace::new();

@@ -2,12 +2,12 @@
 //! obey known mechanics.
 
 use bristle::simulation::simulate;
-use bristle_grid::uncertainty::Scatter;
-use bristle_grid::{CaseResult, CaseSummary, Study, run_study};
-use bristle_report::drawing::format::Format;
-use bristle_report::figures::study_figures;
-use bristle_report::tables::study_tables;
-use bristle_text::layout::WIDTH;
+use bristle_app::report::drawing::format::Format;
+use bristle_app::report::figures::study_figures;
+use bristle_app::report::tables::study_tables;
+use bristle_study::grid::uncertainty::Scatter;
+use bristle_study::grid::{CaseResult, CaseSummary, Study, run_study};
+use bristle_study::text::layout::WIDTH;
 
 use crate::program::{self, Workspace, brush, has, is_near, lacks, words};
 

@@ -1,7 +1,7 @@
 //! What commands print fits a terminal: 80 columns where nothing else is known, more where there
 //! are more.
 
-use bristle_text::columns;
+use bristle_study::text::columns;
 use insta::assert_snapshot;
 
 use crate::program::{Workspace, has};

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use bristle_codegen::ir::graph::Graph;
 use bristle_codegen::ir::kernel::{Input, Kernel, Output};
 use bristle_codegen::ir::unit::Unit;
-use bristle_inspect::languages::SourceFile;
+use bristle_equations::languages::SourceFile;
 use fastrand::Rng;
 
 use super::{Sample, TOLERANCE};

@@ -1,0 +1,96 @@
+//! The answer to what an input file asks for.
+
+use std::io;
+use std::num::NonZeroUsize;
+
+use bristle::simulation::Stop;
+use bristle_study::grid::{CaseResult, Study};
+use bristle_study::text::layout::wrap;
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+use super::limits::Limits;
+use super::recommendation::write_lines;
+use super::{Advice, advise};
+
+/// A question, and what a study answers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Answer {
+    /// What is asked for.
+    pub question: String,
+    /// What is recommended, and then what is known of it, line by line; or why nothing is.
+    pub lines: Vec<String>,
+    /// Rows of `runs.csv` that the answer comes from.
+    pub rows: Vec<usize>,
+    /// What to keep in mind.
+    pub notes: Vec<String>,
+}
+
+impl Answer {
+    /// The answer to what `[goal]` asks for. What is recommended is simulated; `tell` hears when
+    /// that begins. A stop leaves it as it follows from the study.
+    ///
+    /// # Errors
+    /// If threads cannot be started.
+    pub fn of(
+        goal: &Map<String, Value>,
+        study: &Study,
+        results: &[CaseResult],
+        threads: Option<NonZeroUsize>,
+        stop: &Stop,
+        tell: impl FnOnce(),
+    ) -> io::Result<Self> {
+        let limits = Limits::of(goal);
+        let question = limits.question();
+        let mut advice = match advise(study, results, limits) {
+            Ok(advice) => advice,
+            Err(error) => {
+                return Ok(Self {
+                    question,
+                    lines: vec![error.to_string()],
+                    rows: Vec::new(),
+                    notes: Vec::new(),
+                });
+            }
+        };
+        if advice.recommendation.is_some() {
+            tell();
+            advice.verify(threads, stop)?;
+        }
+        let mut notes: Vec<String> = Vec::new();
+        for note in advice.sections.iter().flat_map(|section| &section.notes) {
+            if !notes.contains(note) {
+                notes.push(note.clone());
+            }
+        }
+        let Advice {
+            recommendation,
+            limits,
+            ..
+        } = &advice;
+        let (lines, rows) = recommendation.as_ref().map_or_else(
+            || {
+                (
+                    vec!["No case of the study is within these limits.".to_owned()],
+                    Vec::new(),
+                )
+            },
+            |recommendation| (recommendation.lines(limits), recommendation.rows.clone()),
+        );
+        Ok(Self {
+            question,
+            lines,
+            rows,
+            notes,
+        })
+    }
+
+    /// In lines of at most `width` columns.
+    #[must_use]
+    pub fn text(&self, width: usize) -> String {
+        let mut text = String::new();
+        wrap(width, &mut text, "", &self.question);
+        write_lines(&mut text, &self.lines, width);
+        text
+    }
+}

@@ -1,0 +1,194 @@
+//! Where a case is, and what advice considers of its result.
+
+use bristle::model::metrics::{Metrics, SWEEPING_RATIO, tool_force};
+use bristle::model::settings::Settings;
+use serde::{Deserialize, Serialize};
+
+use crate::insight::measured::relative_uncertainty;
+use bristle_study::grid::CaseSummary;
+use bristle_study::text::number::significant;
+
+/// What there is to be most of, within the limits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Most {
+    /// The force of the tool.
+    #[default]
+    Force,
+    /// What is removed from edges per time.
+    Edge,
+    /// What is removed in all per time.
+    Removal,
+}
+
+/// Velocity and depth of a case.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct OperatingPoint {
+    /// `v_b` in m/s.
+    pub brushing_velocity_m_s: f64,
+    /// `n_w` in revolutions per minute.
+    pub rotational_speed_rpm: f64,
+    /// `a_e` in m.
+    pub penetration_depth_m: f64,
+}
+
+impl OperatingPoint {
+    /// Where these settings are.
+    #[must_use]
+    pub fn of(settings: &Settings) -> Self {
+        Self {
+            brushing_velocity_m_s: settings.process.brushing_velocity_m_s,
+            rotational_speed_rpm: settings.rotational_speed_rpm(),
+            penetration_depth_m: settings.process.penetration_depth_m,
+        }
+    }
+}
+
+/// What advice considers of a result.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Outcome {
+    /// `F_n,w` in N.
+    pub tool_contact_normal_force_n: f64,
+    /// `F_t,w` in N.
+    pub tool_tangential_force_n: f64,
+    /// `M_w` in N m.
+    pub tool_torque_n_m: f64,
+    /// `P_w` in W.
+    pub tool_power_w: f64,
+    /// Uncertainty of `F_n,w` in N, from that of the number of filaments.
+    pub uncertainty_n: f64,
+    /// Lower end of the band of `F_n,w` in N that contains 95 % of the sampled tools, where
+    /// filaments scatter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tool_force_lower_95_n: Option<f64>,
+    /// Upper end of the band.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tool_force_upper_95_n: Option<f64>,
+    /// `ε_tc`.
+    pub contact_time_ratio: f64,
+    /// Growth of a lateral imperfection; see [`Metrics`].
+    pub lateral_amplification: f64,
+    /// Whether the pass is laterally unstable, so that an imperfection of the filament can change
+    /// the force.
+    pub laterally_unstable: bool,
+    /// What it does to the workpiece, in a study with `[removal]`.
+    #[serde(skip)]
+    removal: Option<Removal>,
+}
+
+/// Removal as far as it is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Removal {
+    /// Sliding work of the tool per time in W: on the whole workpiece, and on edges.
+    powers_w: [f64; 2],
+    /// Preston coefficient in m²/N.
+    preston: Option<f64>,
+}
+
+impl Removal {
+    fn of(settings: &Settings, metrics: &Metrics) -> Option<Self> {
+        let removal = settings.removal.as_ref()?;
+        let (count, rate) = (
+            settings.tool.filament_count,
+            settings.angular_velocity_rad_s(),
+        );
+        let powers_w = [metrics.sliding_work_j, metrics.edge_sliding_work_j]
+            .map(|work| tool_force(work, count, rate));
+        Some(Self {
+            powers_w,
+            preston: removal.preston_m2_n,
+        })
+    }
+}
+
+impl Outcome {
+    /// From the summary of a case with these settings.
+    pub(crate) fn new(settings: &Settings, summary: &CaseSummary) -> Self {
+        let CaseSummary {
+            metrics, scatter, ..
+        } = summary;
+        Self {
+            tool_contact_normal_force_n: metrics.tool_contact_normal_force_n,
+            tool_tangential_force_n: metrics.tool_tangential_force_n,
+            tool_torque_n_m: metrics.tool_torque_n_m,
+            tool_power_w: metrics.tool_power_w,
+            uncertainty_n: relative_uncertainty(settings) * metrics.tool_contact_normal_force_n,
+            tool_force_lower_95_n: scatter
+                .as_ref()
+                .map(|scatter| scatter.tool_force_lower_95_n),
+            tool_force_upper_95_n: scatter
+                .as_ref()
+                .map(|scatter| scatter.tool_force_upper_95_n),
+            contact_time_ratio: metrics.contact_time_ratio,
+            lateral_amplification: metrics.lateral_amplification,
+            laterally_unstable: metrics.laterally_unstable,
+            removal: Removal::of(settings, metrics),
+        }
+    }
+
+    /// What a simulation of the same point, or of one near it, has given. Where only this one has a
+    /// band, it is as wide a share of the force.
+    pub(super) fn simulated_as(&self, settings: &Settings, summary: &CaseSummary) -> Self {
+        let new = Self::new(settings, summary);
+        let growth = new.tool_contact_normal_force_n / self.tool_contact_normal_force_n;
+        let [lower, upper] =
+            [self.tool_force_lower_95_n, self.tool_force_upper_95_n].map(|end| Some(growth * end?));
+        Self {
+            tool_force_lower_95_n: new.tool_force_lower_95_n.or(lower),
+            tool_force_upper_95_n: new.tool_force_upper_95_n.or(upper),
+            ..new
+        }
+    }
+
+    /// The band of the force, where filaments scatter.
+    pub(super) fn band(&self) -> Option<[f64; 2]> {
+        self.tool_force_lower_95_n
+            .zip(self.tool_force_upper_95_n)
+            .map(<[f64; 2]>::from)
+    }
+
+    /// The ends of the band, or else of the uncertainty from the number of filaments, in N.
+    pub(super) fn ends(&self) -> [f64; 2] {
+        let [force, uncertainty] = [self.tool_contact_normal_force_n, self.uncertainty_n];
+        self.band()
+            .unwrap_or([force - uncertainty, force + uncertainty])
+    }
+
+    /// The sliding power of which there is to be most, in W; `None` if that is the force, or it is
+    /// not known.
+    pub(super) fn removal_power_w(&self, most: Most) -> Option<f64> {
+        let position = match most {
+            Most::Force => return None,
+            Most::Removal => 0,
+            Most::Edge => 1,
+        };
+        self.removal.map(|removal| removal.powers_w[position])
+    }
+
+    /// The same, or what it removes if the coefficient is known, as text.
+    pub(super) fn removed(&self, most: Most) -> Option<String> {
+        let power_w = self.removal_power_w(most)?;
+        let text = match self.removal?.preston {
+            Some(preston) => format!("Removes {} mm³/min", significant(60e9 * preston * power_w)),
+            None => format!(
+                "Slides with {} W, in proportion to which it removes material",
+                significant(power_w)
+            ),
+        };
+        Some(
+            text + if most == Most::Edge {
+                " on the edge"
+            } else {
+                ""
+            },
+        )
+    }
+
+    pub(super) fn motion(&self) -> &'static str {
+        if self.contact_time_ratio > SWEEPING_RATIO {
+            "sweeps"
+        } else {
+            "strikes"
+        }
+    }
+}

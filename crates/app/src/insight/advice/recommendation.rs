@@ -1,0 +1,564 @@
+//! The recommendation: one velocity and depth for the force that is asked for, why it is robust,
+//! and how it was verified.
+
+use std::io;
+use std::num::NonZeroUsize;
+use std::ops::ControlFlow;
+use std::sync::Mutex;
+
+use bristle::model::metrics::SWEEPING_RATIO;
+use bristle::model::parameters::Parameter;
+use bristle::model::settings::{BrushSettings, Settings, Turns, UncertaintySettings};
+use bristle::simulation::{Sampling, Stop};
+use bristle_study::grid::{CaseResult, CaseSummary, DEPTH, Study, VELOCITY, simulate_cases};
+use bristle_study::input::first_file::ASSUMED_TILT_RAD;
+use bristle_study::text::layout::wrap;
+use bristle_study::text::number::{short, uncertain};
+use serde::Serialize;
+
+use super::cited::force;
+use super::limits::Limits;
+use super::outcome::{OperatingPoint, Outcome};
+use super::rank::{NEAR, coarse_rank, rank};
+use super::section::Section;
+use super::suggestion::rounded;
+use crate::insight::assumptions::Assumptions;
+use crate::insight::slices::Varied;
+use crate::insight::warnings::is_packed;
+
+/// So near is the force at which the search for it ends.
+const FOUND: f64 = 0.01;
+/// Simulations of the search.
+const MOST: usize = 4;
+/// Rows of a brush in space, which repeat along the axis, and the tolerance of its impulse. With
+/// tilts that nobody has measured, its filaments differ by more.
+const ROWS: usize = 4;
+const TOLERANCE: f64 = 1e-2;
+/// A band is narrow if its ends are this close to the force, as a share of it.
+const NARROW: f64 = 0.25;
+
+/// What to set.
+#[derive(Clone, Debug, Serialize)]
+pub struct Recommendation {
+    /// Rows of `runs.csv`: that of the case, or those between which it lies.
+    pub rows: Vec<usize>,
+    /// Where it is.
+    #[serde(flatten)]
+    pub place: OperatingPoint,
+    /// What is expected there; once it is verified, what its simulation has given.
+    #[serde(flatten)]
+    pub outcome: Outcome,
+    /// What speaks for it.
+    pub strengths: Vec<String>,
+    /// What speaks against it.
+    pub weaknesses: Vec<String>,
+    /// How it was verified.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub verified: Option<Verified>,
+    #[serde(skip)]
+    settings: Settings,
+    /// The further settings that distinguish it, as text.
+    #[serde(skip)]
+    condition: String,
+    /// The path of the setting that is changed to reach the force.
+    #[serde(skip)]
+    changed: &'static str,
+    #[serde(skip)]
+    is_end: bool,
+}
+
+/// What simulating a recommendation has given.
+#[derive(Clone, Debug, Serialize)]
+pub struct Verified {
+    /// What the study said, in N.
+    pub expected_force_n: f64,
+    /// Whether filaments touched each other in its simulation.
+    pub with_interaction: bool,
+    /// Why it could not be simulated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+    /// The same with tilts of the filaments, which leave their planes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub in_space: Option<InSpace>,
+    /// Why that could not be simulated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub in_space_error: Option<String>,
+}
+
+/// The force of a brush whose filaments are tilted.
+#[derive(Clone, Debug, Serialize)]
+pub struct InSpace {
+    /// Standard deviation of the tilts in rad.
+    pub lateral_tilt_std_rad: f64,
+    /// Whether nobody has stated it.
+    pub is_assumed: bool,
+    /// `F_n,w` in N.
+    pub tool_contact_normal_force_n: f64,
+    /// Its standard error in N, from the scatter over the filaments that count.
+    pub standard_error_n: f64,
+}
+
+/// The best of all sections, by [`rank`]; `None` if nothing is asked for, or nothing is within the
+/// limits.
+pub(super) fn recommend(
+    study: &Study,
+    sections: &[Section],
+    limits: &Limits,
+) -> Option<Recommendation> {
+    if *limits == Limits::default() {
+        return None;
+    }
+    let of_section = |section: &Section| {
+        let sides = [&section.slice.x, &section.slice.y];
+        let new = |rows: Vec<usize>,
+                   place: OperatingPoint,
+                   outcome: &Outcome,
+                   settings: Settings,
+                   is_end: bool| {
+            Recommendation {
+                rows,
+                place,
+                outcome: outcome.clone(),
+                strengths: Vec::new(),
+                weaknesses: Vec::new(),
+                verified: None,
+                settings,
+                condition: section.slice.condition(),
+                changed: if sides[1].varies() || study.is_pressed_on() {
+                    DEPTH
+                } else {
+                    VELOCITY
+                },
+                is_end,
+            }
+        };
+        let cells = section.cells.iter().flatten().flatten();
+        let within =
+            cells.filter(|cell| limits.allow(&cell.place, &cell.outcome) && force(cell) > 0.0);
+        let simulated = within.map(|cell| {
+            let is_end = |(side, at): (&&Varied, usize)| {
+                side.varies() && (at == 0 || at + 1 == side.values.len())
+            };
+            let is_end = sides.iter().zip(cell.position).any(is_end);
+            let settings = study
+                .settings(cell.row - 1)
+                .at_depth(cell.place.penetration_depth_m);
+            new(vec![cell.row], cell.place, &cell.outcome, settings, is_end)
+        });
+        let between = section.interpolated.iter();
+        let between = between.map(|each| {
+            new(
+                each.between_rows.to_vec(),
+                each.place,
+                &each.interpolated,
+                each.settings.clone(),
+                false,
+            )
+        });
+        simulated.chain(between).collect::<Vec<_>>()
+    };
+    let candidates = sections.iter().flat_map(of_section);
+    let better = |a: &Recommendation, b: &Recommendation| {
+        let coarse = coarse_rank(limits, &a.outcome, &b.outcome);
+        coarse
+            .then(a.is_end.cmp(&b.is_end))
+            .then_with(|| rank(limits, &a.outcome, &b.outcome))
+    };
+    let mut best = candidates.min_by(better)?;
+    best.weigh(limits);
+    Some(best)
+}
+
+/// Simulates one case; `None` if it was asked to stop.
+fn simulated(
+    settings: &Settings,
+    threads: Option<NonZeroUsize>,
+    stop: &Stop,
+) -> io::Result<Option<CaseResult>> {
+    let study = match Study::new(settings.clone(), Vec::new()) {
+        Ok(study) => study,
+        Err(error) => return Ok(Some(Err(error.to_string()))),
+    };
+    let result = Mutex::new(None);
+    let keep = |_, done| {
+        *result
+            .lock()
+            .expect("nothing panics with the result in hand") = Some(done);
+        ControlFlow::Continue(())
+    };
+    simulate_cases(
+        &study,
+        &[0],
+        threads,
+        stop,
+        Sampling::default(),
+        |_, _| {},
+        keep,
+    )?;
+    Ok(result
+        .into_inner()
+        .expect("nothing panics with the result in hand"))
+}
+
+impl Recommendation {
+    /// Says what speaks for and against it.
+    fn weigh(&mut self, limits: &Limits) {
+        let Outcome {
+            tool_contact_normal_force_n: force,
+            contact_time_ratio: ratio,
+            ..
+        } = self.outcome;
+        let is_narrow = self
+            .outcome
+            .ends()
+            .into_iter()
+            .all(|end| (end - force).abs() <= NARROW * force);
+        let shown = format!("ε_tc = {ratio:.2}");
+        let reasons = [
+            (
+                ratio > SWEEPING_RATIO,
+                format!("filaments sweep ({shown})"),
+                format!("filaments strike ({shown})"),
+            ),
+            (
+                !self.outcome.laterally_unstable,
+                "laterally stable".to_owned(),
+                "laterally unstable".to_owned(),
+            ),
+            (is_narrow, "narrow band".to_owned(), "wide band".to_owned()),
+            (
+                !self.is_end,
+                "inside the grid".to_owned(),
+                "at an end of the grid".to_owned(),
+            ),
+        ];
+        (self.strengths, self.weaknesses) = (Vec::new(), Vec::new());
+        for (speaks_for, strength, weakness) in reasons {
+            if speaks_for {
+                self.strengths.push(strength)
+            } else {
+                self.weaknesses.push(weakness)
+            }
+        }
+        let off = limits
+            .target_force_n
+            .map_or(0.0, |target| force / target - 1.0);
+        if off.abs() > NEAR {
+            self.weaknesses
+                .push(format!("{:+.0} % off the target", 100.0 * off));
+        }
+    }
+
+    /// Simulates it, with filaments that touch where they do, and changes the depth, or else the
+    /// velocity, until it has the target force, or its whole uncertainty is within the limit of the
+    /// force. Then simulates it in space, if filaments touch. A stop leaves it unverified.
+    ///
+    /// # Errors
+    /// If threads cannot be started.
+    pub(super) fn verify(
+        &mut self,
+        limits: &Limits,
+        threads: Option<NonZeroUsize>,
+        stop: &Stop,
+    ) -> io::Result<()> {
+        let mut settings = self.settings.clone();
+        if is_packed(&settings) {
+            settings.brush = Some(BrushSettings::default());
+            // Neighbours decide how filaments arrive, and the band is that of the study, from brush
+            // to brush.
+            settings.process.turns = Some(Turns::Count(1));
+            settings.uncertainty = UncertaintySettings::default();
+        }
+        let expected = self.outcome.clone();
+        let mut verified = Verified {
+            expected_force_n: expected.tool_contact_normal_force_n,
+            with_interaction: settings.brush.is_some(),
+            error: None,
+            in_space: None,
+            in_space_error: None,
+        };
+        let Some(changed) = Parameter::find(self.changed) else {
+            return Ok(());
+        };
+        let goal = Goal::of(limits);
+        // The value and what came out before, and the best ones, by how much they miss the goal.
+        let mut before: Option<[f64; 2]> = None;
+        let mut best: Option<(f64, Settings, Outcome, CaseSummary)> = None;
+        for _ in 0..MOST {
+            let summary = match simulated(&settings, threads, stop)? {
+                Some(Ok(summary)) => summary,
+                Some(Err(error)) => {
+                    verified.error = best.is_none().then_some(error);
+                    break;
+                }
+                None => return Ok(()),
+            };
+            let outcome = expected.simulated_as(&settings, &summary);
+            let (value, reached, miss) = (
+                changed.get(&settings),
+                goal.reached(&outcome),
+                goal.miss(&outcome),
+            );
+            if best.as_ref().is_none_or(|(least, ..)| miss < *least) {
+                best = Some((miss, settings.clone(), outcome, summary));
+            }
+            if miss == 0.0 || reached <= 0.0 {
+                break;
+            }
+            let next = match before {
+                Some([value_before, reached_before]) if reached_before != reached => {
+                    value
+                        + (goal.aim() - reached) * (value - value_before)
+                            / (reached - reached_before)
+                }
+                _ => value * goal.aim() / reached,
+            };
+            before = Some([value, reached]);
+            // As finely as machines are set.
+            let next = rounded(next.clamp(0.5 * value, 2.0 * value), f64::round);
+            changed.set(&mut settings, next);
+            if next == value
+                || settings.check().is_err()
+                || !limits.allow_point(&OperatingPoint::of(&settings))
+            {
+                break;
+            }
+        }
+        if let Some((_, settings, outcome, summary)) = best {
+            (self.place, self.outcome, self.settings) =
+                (OperatingPoint::of(&settings), outcome, settings);
+            self.weigh(limits);
+            if !limits.allow(&self.place, &self.outcome) || !limits.hold_with_band(&self.outcome) {
+                self.weaknesses
+                    .push("beyond the limits, once simulated".to_owned());
+            }
+            self.weaknesses.extend(resonance(&self.settings));
+            if verified.with_interaction {
+                let tilt = self.settings.brush_or_default().lateral_tilt_std_rad;
+                let simulated = if tilt > 0.0 {
+                    Some(InSpace::of(tilt, false, 1.0, summary))
+                } else {
+                    in_space(&self.settings, threads, stop)?
+                };
+                match simulated {
+                    Some(Ok(in_space)) => verified.in_space = Some(in_space),
+                    Some(Err(error)) => verified.in_space_error = Some(error),
+                    None => return Ok(()),
+                }
+            }
+        }
+        self.verified = Some(verified);
+        Ok(())
+    }
+
+    /// In lines of at most `width` columns.
+    pub(super) fn write(&self, text: &mut String, limits: &Limits, width: usize) {
+        write_lines(text, &self.lines(limits), width);
+        text.push('\n');
+    }
+
+    /// What is recommended, and then what is known of it, line by line.
+    #[must_use]
+    pub fn lines(&self, limits: &Limits) -> Vec<String> {
+        let Self {
+            place,
+            outcome,
+            strengths,
+            weaknesses,
+            verified,
+            condition,
+            ..
+        } = self;
+        let target = limits
+            .target_force_n
+            .map_or_else(String::new, |target| format!(" for {target} N"));
+        let condition = if condition.is_empty() {
+            String::new()
+        } else {
+            format!(", {condition}")
+        };
+        let mut lines = vec![format!(
+            "Recommended{target}: {} rpm (v_b = {} m/s), a_e = {} mm{condition}",
+            short(place.rotational_speed_rpm),
+            short(place.brushing_velocity_m_s),
+            short(1e3 * place.penetration_depth_m)
+        )];
+        let mut line = |words: String| lines.push(words);
+        let force = outcome.tool_contact_normal_force_n;
+        let band = match outcome.band() {
+            Some([lower, upper]) => {
+                format!("{} [{} … {}]", short(force), short(lower), short(upper))
+            }
+            None => uncertain(force, outcome.uncertainty_n),
+        };
+        let machine = [outcome.tool_torque_n_m, outcome.tool_power_w].map(short);
+        line(format!(
+            "F_n,w = {band} N, M_w = {} N m, P_w = {} W",
+            machine[0], machine[1]
+        ));
+        if let Some(removed) = outcome.removed(limits.most()) {
+            line(removed);
+        }
+        let sides =
+            [("for it", strengths), ("against it", weaknesses)].map(
+                |(side, reasons)| match &reasons[..] {
+                    [] => String::new(),
+                    reasons => format!("{side}: {}", reasons.join(", ")),
+                },
+            );
+        line(
+            sides
+                .into_iter()
+                .filter(|side| !side.is_empty())
+                .collect::<Vec<_>>()
+                .join("; "),
+        );
+        let rows = match self.rows[..] {
+            [a, b] => format!("rows {a} and {b}"),
+            _ => format!("row {}", self.rows[0]),
+        };
+        line(match verified {
+            None => format!("not simulated: taken from {rows}"),
+            Some(Verified {
+                error: Some(error), ..
+            }) => format!("not verified, as its simulation failed: {error}"),
+            Some(Verified {
+                expected_force_n,
+                with_interaction,
+                ..
+            }) => {
+                let how = if *with_interaction {
+                    " with filaments that touch"
+                } else {
+                    ""
+                };
+                format!("simulated{how} ({rows}: {} N)", short(*expected_force_n))
+            }
+        });
+        match verified {
+            Some(Verified {
+                in_space: Some(space),
+                ..
+            }) => {
+                let guess = if space.is_assumed {
+                    " (a guess: docs/trust.md)"
+                } else {
+                    ""
+                };
+                line(format!(
+                    "in space, tilts of {} mrad{guess}: {} N",
+                    short(1e3 * space.lateral_tilt_std_rad),
+                    uncertain(space.tool_contact_normal_force_n, space.standard_error_n)
+                ));
+            }
+            Some(Verified {
+                in_space_error: Some(error),
+                ..
+            }) => line(format!("in space: {error}")),
+            _ => {}
+        }
+        lines
+    }
+}
+
+/// Writes what is recommended, and indented what is known of it.
+pub(super) fn write_lines(text: &mut String, lines: &[String], width: usize) {
+    for (number, line) in lines.iter().enumerate() {
+        wrap(width, text, if number == 0 { "" } else { "  " }, line);
+    }
+}
+
+/// What the search for a velocity or depth is for.
+enum Goal {
+    /// A force in N.
+    Force(f64),
+    /// An uncertainty that is within a limit in N.
+    Within(f64),
+    Nothing,
+}
+
+impl Goal {
+    fn of(limits: &Limits) -> Self {
+        let within = limits.max_force_n.map_or(Self::Nothing, Self::Within);
+        limits.target_force_n.map_or(within, Self::Force)
+    }
+
+    /// The force that counts, in N.
+    fn reached(&self, outcome: &Outcome) -> f64 {
+        if let Self::Within(_) = self {
+            outcome.ends()[1]
+        } else {
+            outcome.tool_contact_normal_force_n
+        }
+    }
+
+    /// What that is to be, in N.
+    fn aim(&self) -> f64 {
+        match self {
+            Self::Force(target) => *target,
+            Self::Within(limit) => (1.0 - FOUND) * limit,
+            Self::Nothing => 0.0,
+        }
+    }
+
+    /// By which share an outcome misses it; zero if it does not.
+    fn miss(&self, outcome: &Outcome) -> f64 {
+        let off = self.reached(outcome) / self.aim() - 1.0;
+        match self {
+            Self::Force(_) if off.abs() > FOUND => off.abs(),
+            Self::Within(_) if off > FOUND => off,
+            _ => 0.0,
+        }
+    }
+}
+
+/// That a contact is near a resonance of its filament, if it is.
+fn resonance(settings: &Settings) -> Option<String> {
+    let modulus = Parameter::find("filament.youngs_modulus_pa")?;
+    let change = Assumptions::of_contact(settings, &[modulus]).resonance()?.1;
+    Some(format!(
+        "near resonance ({:+.0} % for 10 % more modulus)",
+        100.0 * change
+    ))
+}
+
+impl InSpace {
+    /// That of the simulation of a `share` of the tool with these tilts.
+    fn of(
+        lateral_tilt_std_rad: f64,
+        is_assumed: bool,
+        share: f64,
+        summary: CaseSummary,
+    ) -> Result<Self, String> {
+        let force = summary.metrics.tool_contact_normal_force_n / share;
+        let interaction = summary.brush.ok_or("it has no filaments that touch")?;
+        Ok(Self {
+            lateral_tilt_std_rad,
+            is_assumed,
+            tool_contact_normal_force_n: force,
+            standard_error_n: force * interaction.impulse_error_estimate,
+        })
+    }
+}
+
+/// The force of a brush whose filaments leave their planes, where no tilts are stated: with assumed
+/// ones, in a few rows that repeat along the axis. `None` if it was asked to stop.
+fn in_space(
+    settings: &Settings,
+    threads: Option<NonZeroUsize>,
+    stop: &Stop,
+) -> io::Result<Option<Result<InSpace, String>>> {
+    let mut settings = settings.clone();
+    let rows = settings.brush_rows();
+    let share = rows.min(ROWS) as f64 / rows as f64;
+    settings.tool.width_m *= share;
+    settings.tool.filament_count *= share;
+    let brush = settings.brush.get_or_insert_default();
+    brush.rows = Some(rows.min(ROWS));
+    brush.lateral_tilt_std_rad = ASSUMED_TILT_RAD;
+    brush.tolerance = brush.tolerance.max(TOLERANCE);
+    let simulated = simulated(&settings, threads, stop)?;
+    Ok(simulated.map(|result| {
+        result.and_then(|summary| InSpace::of(ASSUMED_TILT_RAD, true, share, summary))
+    }))
+}

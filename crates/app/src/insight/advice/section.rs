@@ -1,0 +1,112 @@
+//! Advice as data: the cases that it cites, sentences about them, and the sections that these form.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use serde_json::Value;
+
+use super::cited::Cited;
+use super::suggestion::Suggestion;
+use crate::insight::slices::Slice;
+
+/// Advice from cases that differ only in velocity and depth.
+#[derive(Clone, Debug, Serialize)]
+pub struct Section {
+    /// Path and value of each further swept setting, and the name of the tool under `tool`.
+    pub settings: BTreeMap<&'static str, Value>,
+    /// The advice, topic by topic.
+    pub advice: Vec<Sentence>,
+    /// Settings between simulated cases, if a force is asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub interpolated: Vec<Suggestion>,
+    /// What the advice leaves out, and why.
+    pub notes: Vec<String>,
+    #[serde(skip)]
+    pub(super) slice: Slice,
+    /// The cases, by depth and then by velocity.
+    #[serde(skip)]
+    pub(super) cells: Vec<Vec<Option<Cited>>>,
+}
+
+/// One piece of advice.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Sentence {
+    /// Its topic.
+    pub topic: Topic,
+    /// The case that it describes.
+    #[serde(flatten)]
+    pub cell: Cited,
+    /// The sentence itself.
+    pub sentence: String,
+    /// Rows of the other cases that it mentions.
+    pub other_rows: Vec<usize>,
+}
+
+/// The topic of a piece of advice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Topic {
+    /// The highest force of all.
+    Highest,
+    /// The best cases within [`Limits`](super::Limits), ranked. Those whose whole uncertainty is
+    /// within the limit of the force come first, of these stable ones, then those that sweep, then
+    /// the highest force.
+    WithinLimits,
+    /// The cases within the limits whose force is the target or nearest to it, ranked.
+    NearTarget,
+    /// The highest force of a laterally stable case. Only where the highest of all is unstable.
+    Stable,
+    /// The highest force at each brushing velocity.
+    AtVelocity,
+    /// The highest force at each penetration depth.
+    AtDepth,
+    /// The most force per brushing velocity.
+    PerVelocity,
+    /// The most force per penetration depth.
+    PerDepth,
+    /// A local maximum over the velocity along the tier.
+    Tier,
+    /// The least power for each force that is given in place of a depth.
+    LeastPower,
+    /// The most removal per time, in a study with `[removal]`.
+    MostRemoval,
+    /// The most removal from edges per time.
+    MostOfEdge,
+    /// The most removal per power of the drive.
+    RemovalPerPower,
+    /// The best case of a named tool.
+    OfTool,
+}
+
+impl Topic {
+    /// Whether its cases are the best of all, or within the limits.
+    pub(super) fn is_ranking(self) -> bool {
+        matches!(
+            self,
+            Self::Highest | Self::WithinLimits | Self::NearTarget | Self::Stable
+        )
+    }
+
+    pub(super) fn heading(self) -> &'static str {
+        match self {
+            Self::Highest => "Highest force F_n,w of the tool",
+            Self::WithinLimits => "Best within the limits",
+            Self::NearTarget => "Nearest to the target force",
+            Self::Stable => "Highest force of a laterally stable case",
+            Self::AtVelocity => "Highest force at each brushing velocity",
+            Self::AtDepth => "Highest force at each penetration depth",
+            Self::PerVelocity => {
+                "Most force per brushing velocity, and so the highest impulse p_n of a filament"
+            }
+            Self::PerDepth => "Most force per penetration depth",
+            Self::OfTool => "Best case of each tool",
+            Self::Tier => {
+                "Local maxima over the velocity along the line ε_tc = ½ between sweeping and striking"
+            }
+            Self::LeastPower => "Least power for each force",
+            Self::MostRemoval => "Most removal",
+            Self::MostOfEdge => "Most removal from the edge",
+            Self::RemovalPerPower => "Most removal per power of the drive",
+        }
+    }
+}

@@ -1,0 +1,733 @@
+//! Diagrams: curves on two axes.
+//!
+//! The legend never covers a point: it goes into a free corner, or to the right of the diagram, or
+//! on paper below it.
+
+use super::format::Format;
+use super::heading::Heading;
+use super::pens::{pen, reference_pen};
+use super::scale::{Axis, Scale, Zero, coordinate};
+use super::{Canvas, FAINT, GRID, INK, Pen, Point, WHITE, axis, fine, stroke, text, width};
+use bristle_study::text::number::significant;
+
+/// Width of a figure and height of its diagram in pixels. A figure with its legend to the right of
+/// the diagram may be wider.
+const SIZE: (i32, i32) = (680, 340);
+/// Least height of the diagram on paper.
+const MIN_HEIGHT: i32 = 170;
+/// Pixels below and to the right of the diagram.
+const BOTTOM: i32 = 50;
+const RIGHT: i32 = 24;
+/// Minimum width of a diagram.
+const MIN_WIDTH: i32 = 400;
+/// With more curves than this, the legend goes to the right of the diagram.
+const MAX_IN_CORNER: usize = 5;
+/// Height of a legend row, where its text begins, and the margin around the legend.
+const ROW: i32 = 18;
+const TEXT: i32 = 58;
+const MARGIN: i32 = 8;
+/// Maximum number of markers on a line.
+const MAX_MARKERS: usize = 25;
+/// Opacity of a band and of a stripe, and half the width of the cap of an error bar.
+const BAND: f64 = 0.15;
+const CAP: i32 = 4;
+/// An error bar this many times as long as the middle one does not set the axis. The mark of one
+/// that is cut, in pixels, and the room of its number.
+const LONG: f64 = 4.0;
+const CUT: i32 = 9;
+const CUT_ROOM: i32 = 50;
+/// Points closer than half a pixel to the previous one are left out; in coordinates of the canvas.
+const RESOLUTION: i32 = 5;
+
+/// A diagram.
+#[derive(Clone, Debug)]
+pub struct Diagram {
+    /// Heading.
+    title: String,
+    /// Smaller text below the heading; may be empty.
+    subtitle: String,
+    /// Horizontal axis.
+    x: Axis,
+    /// Vertical axis.
+    y: Axis,
+    /// The curves, in drawing order. Bands and references are drawn before the others.
+    curves: Vec<Curve>,
+}
+
+/// Points of a diagram.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    /// Name in the legend.
+    pub name: String,
+    /// The points.
+    pub points: Vec<(f64, f64)>,
+    /// How they are drawn.
+    pub look: Look,
+    /// Number of its pen; by default its position among the curves of its kind.
+    pub pen: Option<usize>,
+    /// Pixels by which it is drawn to the right of its points, so that several error bars at one
+    /// place are seen.
+    pub shift: i32,
+}
+
+/// How points are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Look {
+    /// A thin grey line, for an exact solution or another code.
+    Reference,
+    /// Markers.
+    Markers,
+    /// Filled markers, for what was measured, which come first in the legend.
+    Filled,
+    /// Markers joined by a line.
+    Joined,
+    /// A coloured line.
+    Line,
+    /// A light coloured area with the points as its outline.
+    Band,
+    /// Error bars, two points each. A much longer one than the others is cut at the end of the
+    /// axis, with a mark and the number at its end.
+    Bars,
+    /// A light coloured stripe over the whole height, between its first and its last point.
+    Stripe,
+}
+
+impl Curve {
+    /// A curve.
+    pub fn new(
+        name: impl Into<String>,
+        look: Look,
+        points: impl IntoIterator<Item = (f64, f64)>,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            points: points.into_iter().collect(),
+            look,
+            pen: None,
+            shift: 0,
+        }
+    }
+
+    /// Gives the curve a pen that others may share.
+    pub fn with_pen(self, index: usize) -> Self {
+        Self {
+            pen: Some(index),
+            ..self
+        }
+    }
+
+    /// Draws the curve some pixels to the right of its points.
+    pub fn shifted(self, shift: i32) -> Self {
+        Self { shift, ..self }
+    }
+
+    /// Whether it is an area, which lies below lines.
+    fn is_area(&self) -> bool {
+        [Look::Band, Look::Stripe].contains(&self.look)
+    }
+}
+
+/// A curve and its pen.
+struct Styled<'a> {
+    curve: &'a Curve,
+    pen: Pen,
+}
+
+impl Styled<'_> {
+    fn draw(&self, canvas: &mut Canvas, points: &[Point], marked: &[Point]) {
+        match self.curve.look {
+            Look::Reference | Look::Line => self.pen.line(canvas, points),
+            Look::Markers | Look::Filled => {
+                self.pen
+                    .markers(canvas, marked, self.curve.look == Look::Filled)
+            }
+            Look::Joined => {
+                self.pen.line(canvas, points);
+                // Not every point of many, so that the dashes stay visible between markers.
+                let every = marked.len().div_ceil(MAX_MARKERS).max(1);
+                let marked: Vec<Point> = marked.iter().copied().step_by(every).collect();
+                self.pen.markers(canvas, &marked, false);
+            }
+            Look::Band | Look::Stripe => canvas.area(points, self.pen.color, BAND),
+            Look::Bars => {
+                let whole = Pen {
+                    dash: (1, 0),
+                    tenths: 12,
+                    ..self.pen
+                };
+                whole.line(canvas, points);
+                for &(x, y) in marked {
+                    whole.line(canvas, &[(x - fine(CAP), y), (x + fine(CAP), y)]);
+                }
+            }
+        }
+    }
+}
+
+/// Bands and references come first, so that they lie below the rest. References with the same name
+/// look the same.
+fn styled(curves: &[Curve]) -> Vec<Styled<'_>> {
+    let (bands, others): (Vec<_>, Vec<_>) = curves.iter().partition(|curve| curve.is_area());
+    let (references, others): (Vec<_>, Vec<_>) = others
+        .into_iter()
+        .partition(|curve| curve.look == Look::Reference);
+    let own = |index: usize, curve: &Curve| pen(curve.pen.unwrap_or(index));
+    let mut names: Vec<&str> = Vec::new();
+    let mut styled: Vec<_> = bands
+        .into_iter()
+        .enumerate()
+        .map(|(index, curve)| Styled {
+            curve,
+            pen: own(index, curve),
+        })
+        .collect();
+    for curve in references {
+        let index = names
+            .iter()
+            .position(|name| *name == curve.name)
+            .unwrap_or_else(|| {
+                names.push(&curve.name);
+                names.len() - 1
+            });
+        styled.push(Styled {
+            curve,
+            pen: reference_pen(index),
+        });
+    }
+    styled.extend(others.into_iter().enumerate().map(|(index, curve)| Styled {
+        curve,
+        pen: own(index, curve),
+    }));
+    styled
+}
+
+/// A rectangle: left, top, right and bottom, in pixels.
+pub type Frame = [i32; 4];
+
+/// The points of a curve in coordinates of the canvas, split where a point cannot be shown.
+fn places(
+    curve: &Curve,
+    [x, y]: [&Scale; 2],
+    [left, top, right, bottom]: Frame,
+) -> Vec<Vec<(i32, i32)>> {
+    let place = |&(across, up): &(f64, f64)| {
+        let (across, up) = (coordinate(&x.axis, across)?, coordinate(&y.axis, up)?);
+        Some((
+            x.place(across, left, right) + fine(curve.shift),
+            y.place(up, bottom, top),
+        ))
+    };
+    if let (Look::Stripe, [(first, _), .., (last, _)]) = (curve.look, &curve.points[..]) {
+        let ends = [*first, *last].map(|across| coordinate(&x.axis, across));
+        let [Some(from), Some(to)] = ends.map(|at| Some(x.place(at?, left, right))) else {
+            return Vec::new();
+        };
+        let [top, bottom] = [top, bottom].map(fine);
+        return vec![vec![(from, bottom), (from, top), (to, top), (to, bottom)]];
+    }
+    if curve.look == Look::Bars {
+        let bars = curve.points.chunks_exact(2);
+        let within = |(x, y): (i32, i32)| (x, y.clamp(fine(top), fine(bottom)));
+        return bars
+            .filter_map(|ends| ends.iter().map(|end| place(end).map(within)).collect())
+            .collect();
+    }
+    let mut parts = vec![Vec::new()];
+    for (index, point) in curve.points.iter().enumerate() {
+        let Some(at) = place(point) else {
+            parts.push(Vec::new());
+            continue;
+        };
+        let part = parts.last_mut().expect("there is always a part");
+        let near =
+            |&(x, y): &(i32, i32)| (at.0 - x).abs() < RESOLUTION && (at.1 - y).abs() < RESOLUTION;
+        if index + 1 == curve.points.len() || part.last().is_none_or(|last| !near(last)) {
+            part.push(at);
+        }
+    }
+    parts.retain(|part| !part.is_empty());
+    parts
+}
+
+/// Distance between a rectangle (in pixels) and a curve, in coordinates of the canvas.
+fn distance([left, top, right, bottom]: Frame, look: Look, parts: &[Vec<(i32, i32)>]) -> i32 {
+    let beside = |at: i32, low: i32, high: i32| (fine(low) - at).max(at - fine(high)).max(0);
+    let from = |(x, y): (i32, i32)| beside(x, left, right).max(beside(y, top, bottom));
+    let points = parts.iter().flatten().map(|&at| from(at));
+    let lines = parts
+        .iter()
+        .filter(|_| ![Look::Markers, Look::Filled].contains(&look))
+        .flat_map(|part| part.windows(2))
+        .flat_map(|ends| {
+            let [(x, y), (to_x, to_y)] = [ends[0], ends[1]];
+            let steps = (to_x - x).abs().max((to_y - y).abs()) / fine(3) + 1;
+            (0..steps)
+                .map(move |step| (x + (to_x - x) * step / steps, y + (to_y - y) * step / steps))
+        });
+    points.chain(lines.map(from)).min().unwrap_or(i32::MAX)
+}
+
+impl Diagram {
+    /// A diagram with a title, a subtitle that may be empty, and its axes.
+    pub fn new(
+        title: impl Into<String>,
+        subtitle: impl Into<String>,
+        [x, y]: [Axis; 2],
+        curves: Vec<Curve>,
+    ) -> Self {
+        Self {
+            title: title.into(),
+            subtitle: subtitle.into(),
+            x,
+            y,
+            curves,
+        }
+    }
+
+    /// The coordinates that the vertical axis shows: of all points, but not the ends of bars that
+    /// are much longer than the others, nor ends below zero of an amount without a value there.
+    fn heights(&self) -> Vec<f64> {
+        let shown =
+            |&(x, y): &(f64, f64)| coordinate(&self.x, x).and_then(|_| coordinate(&self.y, y));
+        let others = self
+            .curves
+            .iter()
+            .filter(|curve| ![Look::Stripe, Look::Bars].contains(&curve.look));
+        let mut heights: Vec<f64> = others
+            .flat_map(|curve| &curve.points)
+            .filter_map(shown)
+            .collect();
+        let bars = self
+            .curves
+            .iter()
+            .filter(|curve| curve.look == Look::Bars)
+            .flat_map(|curve| curve.points.chunks_exact(2));
+        let bars: Vec<[f64; 2]> = bars
+            .filter_map(|ends| Some([shown(&ends[0])?, shown(&ends[1])?]))
+            .collect();
+        let length = |[from, to]: &[f64; 2]| (to - from).abs();
+        let mut lengths: Vec<f64> = bars
+            .iter()
+            .map(length)
+            .filter(|length| *length > 0.0)
+            .collect();
+        lengths.sort_by(f64::total_cmp);
+        let usual = lengths
+            .get(lengths.len() / 2)
+            .map_or(f64::INFINITY, |middle| LONG * middle);
+        let is_amount = self.y.zero != Zero::Between
+            && !self.y.logarithmic
+            && heights.iter().all(|height| *height >= 0.0);
+        let least = if is_amount && !heights.is_empty() {
+            0.0
+        } else {
+            f64::NEG_INFINITY
+        };
+        let has_others = !heights.is_empty();
+        let kept = bars
+            .iter()
+            .filter(|bar| !has_others || length(bar) <= usual);
+        heights.extend(kept.flatten().map(|end| end.max(least)));
+        heights
+    }
+
+    /// Draws the diagram.
+    pub fn draw_in(&self, format: &Format) -> Canvas {
+        let shown = self.curves.iter().flat_map(|curve| &curve.points);
+        let shown =
+            shown.filter_map(|&(x, y)| coordinate(&self.y, y).and_then(|_| coordinate(&self.x, x)));
+        let x = Scale::new(self.x.clone(), shown);
+        let y = Scale::new(self.y.clone(), self.heights().into_iter());
+        let curves = styled(&self.curves);
+        let mut entries: Vec<&Styled> = Vec::new();
+        for styled in curves.iter().filter(|styled| !styled.curve.name.is_empty()) {
+            let same =
+                |entry: &&Styled| entry.curve.name == styled.curve.name && entry.pen == styled.pen;
+            if !entries.iter().any(same) {
+                entries.push(styled);
+            }
+        }
+        entries.sort_by_key(|entry| entry.curve.look != Look::Filled);
+
+        let left = left_of(format, &y);
+        let page = format.width(SIZE.0);
+        let heading = Heading::new(format, &self.title, &self.subtitle, [left, page]);
+        let top = heading.height();
+        let bottom = top + format.height(SIZE.1, SIZE.0, MIN_HEIGHT);
+        let height = bottom + BOTTOM;
+        let names = entries
+            .iter()
+            .map(|entry| width(&entry.curve.name, 12))
+            .max()
+            .unwrap_or(0);
+        let wide = TEXT + names + MARGIN;
+        let high = |rows: usize| ROW * rows as i32 + MARGIN;
+        let within = [left, top, page - RIGHT, bottom];
+        let corner = free_corner(&curves, [&x, &y], within, (wide, high(entries.len())));
+        let Legend {
+            frame,
+            place: (across, down),
+            rows,
+            size,
+        } = match corner {
+            Some(place) if entries.len() <= MAX_IN_CORNER => Legend {
+                frame: within,
+                place,
+                rows: entries.len(),
+                size: (page, height),
+            },
+            _ if format.is_on_paper() => {
+                let columns = ((page - left) / wide).max(1) as usize;
+                let rows = entries.len().div_ceil(columns);
+                Legend {
+                    frame: within,
+                    place: (left, height),
+                    rows,
+                    size: (page, height + high(rows)),
+                }
+            }
+            _ => {
+                let right = (page - wide - MARGIN).max(left + MIN_WIDTH);
+                let (frame, high) = ([left, top, right, bottom], high(entries.len()));
+                let size = (right + MARGIN + wide, height.max(top + high));
+                Legend {
+                    frame,
+                    place: (right + MARGIN, top),
+                    rows: entries.len(),
+                    size,
+                }
+            }
+        };
+
+        let mut canvas = Canvas::on(format, size);
+        heading.draw(&mut canvas);
+        draw_axes(&mut canvas, [&x, &y], frame);
+        for styled in &curves {
+            let is_bars = styled.curve.look == Look::Bars;
+            // Bars that are cut have no caps.
+            let is_marked =
+                |(_, y): &Point| !is_bars || (fine(frame[1]) < *y && *y < fine(frame[3]));
+            for points in places(styled.curve, [&x, &y], frame) {
+                let marked: Vec<Point> = points.iter().copied().filter(is_marked).collect();
+                styled.draw(&mut canvas, &points, &marked);
+            }
+            if is_bars {
+                draw_cuts(&mut canvas, styled, [&x, &y], frame);
+            }
+        }
+        for (index, column) in entries.chunks(rows.max(1)).enumerate() {
+            let across = across + wide * index as i32;
+            canvas.rectangle(
+                [
+                    (fine(across), fine(down)),
+                    (fine(across + wide), fine(down + high(rows))),
+                ],
+                WHITE,
+            );
+            for (row, entry) in (0..).zip(column) {
+                let level = fine(down + MARGIN / 2 + ROW / 2 + ROW * row);
+                let line = [MARGIN, 29, 50].map(|x| (fine(across + x), level));
+                entry.draw(&mut canvas, &line, &line[1..2]);
+                canvas.text(
+                    &entry.curve.name,
+                    text(12, INK).right(),
+                    (fine(across + TEXT), level),
+                );
+            }
+        }
+        canvas
+    }
+}
+
+/// Marks the ends of error bars that lie beyond the axis: an arrowhead at the frame, and the number
+/// next to it.
+fn draw_cuts(
+    canvas: &mut Canvas,
+    Styled { curve, pen }: &Styled<'_>,
+    [x, y]: [&Scale; 2],
+    [left, top, right, bottom]: Frame,
+) {
+    for &(across, up) in &curve.points {
+        let (Some(at), Some(height)) = (coordinate(&x.axis, across), coordinate(&y.axis, up))
+        else {
+            continue;
+        };
+        let (end, inwards) = match y.part(height) {
+            part if part < 0.0 => (fine(bottom), -fine(CUT)),
+            part if part > 1.0 => (fine(top), fine(CUT)),
+            _ => continue,
+        };
+        let at = x.place(at, left, right) + fine(curve.shift);
+        let half = fine(CUT) / 2;
+        canvas.polygon(
+            [
+                (at, end),
+                (at - half, end + inwards),
+                (at + half, end + inwards),
+            ],
+            pen.color,
+        );
+        let (style, aside) = if at > fine(right - CUT_ROOM) {
+            (text(11, INK).left(), -half)
+        } else {
+            (text(11, INK).right(), half)
+        };
+        canvas.text(
+            &significant(up),
+            style,
+            (at + aside + aside.signum() * fine(2), end + inwards / 2),
+        );
+    }
+}
+
+/// Where the legend of a figure is.
+struct Legend {
+    /// The diagram beside it.
+    frame: Frame,
+    /// Its upper left corner in pixels.
+    place: (i32, i32),
+    /// The number of rows; further entries follow to the right.
+    rows: usize,
+    /// Size of the figure in pixels.
+    size: (i32, i32),
+}
+
+/// Room for the labels of the vertical axis, in pixels.
+pub fn left_of(format: &Format, y: &Scale) -> i32 {
+    let labels = y
+        .ticks
+        .iter()
+        .map(|(_, label)| width(label, format.font_size(11)))
+        .max()
+        .unwrap_or(0);
+    36 + labels.max(24)
+}
+
+/// The corner of the frame in which a legend of this size is farthest from the curves; none if it
+/// would cover one.
+fn free_corner(
+    curves: &[Styled<'_>],
+    scales: [&Scale; 2],
+    frame: Frame,
+    (wide, high): (i32, i32),
+) -> Option<(i32, i32)> {
+    let covered: Vec<_> = curves
+        .iter()
+        .map(|styled| (styled.curve.look, places(styled.curve, scales, frame)))
+        .collect();
+    let [left, top, right, bottom] = frame;
+    let (far, low) = (right - wide - 2, bottom - high - 2);
+    let corners = [
+        (far, top + 2),
+        (left + 2, top + 2),
+        (far, low),
+        (left + 2, low),
+    ];
+    let distance = |(x, y): (i32, i32)| {
+        let legend = [x, y, x + wide, y + high];
+        covered
+            .iter()
+            .map(|(look, parts)| distance(legend, *look, parts))
+            .min()
+            .unwrap_or(i32::MAX)
+    };
+    // The first of several equal ones.
+    let best = corners
+        .into_iter()
+        .rev()
+        .max_by_key(|&corner| distance(corner))?;
+    (wide <= right - left && distance(best) > fine(6)).then_some(best)
+}
+
+/// Draws grid, frame, ticks and names.
+pub fn draw_axes(canvas: &mut Canvas, [x, y]: [&Scale; 2], [left, top, right, bottom]: Frame) {
+    for (at, _) in &x.ticks {
+        let at = x.place(*at, left, right);
+        canvas.line([(at, fine(top)), (at, fine(bottom))], stroke(GRID, 8));
+    }
+    for (at, _) in &y.ticks {
+        let at = y.place(*at, bottom, top);
+        canvas.line([(fine(left), at), (fine(right), at)], stroke(GRID, 8));
+    }
+    canvas.frame(
+        [(fine(left), fine(top)), (fine(right), fine(bottom))],
+        stroke(FAINT, 8),
+    );
+    let name = (&*x.axis.label, ((left + right) / 2, bottom + 38));
+    axis(canvas, name, &x.ticks, false, |at| {
+        (x.place(at, left, right), fine(bottom))
+    });
+    let name = (&*y.axis.label, (14, (top + bottom) / 2));
+    axis(canvas, name, &y.ticks, true, |at| {
+        (fine(left), y.place(at, bottom, top))
+    });
+    let to_the_left = text(11, INK).left();
+    canvas.text(&y.factor, to_the_left, (fine(left - 7), fine(top - 12)));
+    canvas.text(&x.factor, to_the_left, (fine(right), fine(bottom + 38)));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn diagram(logarithmic: bool, curves: Vec<Curve>) -> Diagram {
+        let axis = |label| {
+            if logarithmic {
+                Axis::logarithmic(label)
+            } else {
+                Axis::linear(label)
+            }
+        };
+        Diagram::new(
+            "Title",
+            "Subtitle",
+            [axis("abscissa"), axis("ordinate")],
+            curves,
+        )
+    }
+
+    fn svg(diagram: &Diagram) -> String {
+        diagram.draw_in(&Format::default()).svg()
+    }
+
+    fn points(points: &[(f64, f64)]) -> Vec<Curve> {
+        let looks = [
+            Look::Reference,
+            Look::Markers,
+            Look::Filled,
+            Look::Joined,
+            Look::Line,
+            Look::Band,
+            Look::Bars,
+            Look::Stripe,
+        ];
+        looks
+            .map(|look| Curve::new(format!("{look:?}"), look, points.to_vec()))
+            .into()
+    }
+
+    #[test]
+    fn odd_points_are_drawn_or_left_out() {
+        let far = f64::MAX;
+        let odd: [&[(f64, f64)]; 9] = [
+            &[],
+            &[(1.0, 2.0)],
+            &[(0.0, 0.0)],
+            &[(3.0, 4.0), (3.0, 4.0), (3.0, 4.0)],
+            &[
+                (1.0, 1.0),
+                (f64::NAN, 1.0),
+                (2.0, f64::INFINITY),
+                (3.0, -1.0),
+                (4.0, 0.0),
+                (5.0, 2.0),
+            ],
+            &[(far, -far), (-far, far), (1.0, 1.0)],
+            &[(1e299, -1e299), (-1e299, 1e299), (1e299, 1e-299)],
+            &[
+                (f64::MIN_POSITIVE / 8.0, 5e-324),
+                (5e-324, f64::MIN_POSITIVE),
+            ],
+            &[(1.0, 1e9), (1.0 + f64::EPSILON, 1e9 + 1e-6)],
+        ];
+        for logarithmic in [false, true] {
+            for odd in odd {
+                let text = svg(&diagram(logarithmic, points(odd)));
+                assert!(
+                    text.starts_with("<svg") && text.trim_end().ends_with("</svg>"),
+                    "{odd:?}"
+                );
+                assert!(
+                    !text.contains("NaN") && !text.contains("inf"),
+                    "{odd:?}\n{text}"
+                );
+            }
+            assert!(svg(&diagram(logarithmic, vec![])).starts_with("<svg"));
+        }
+    }
+
+    #[test]
+    fn a_line_stops_where_a_point_cannot_be_shown() {
+        let curve = Curve::new(
+            "",
+            Look::Line,
+            vec![(1.0, 1.0), (2.0, 2.0), (3.0, f64::NAN), (4.0, 4.0)],
+        );
+        let axis = Axis::linear("");
+        let scale = Scale::new(axis, [1.0, 4.0].into_iter());
+        let parts = places(&curve, [&scale, &scale], [0, 0, 300, 300]);
+        assert_eq!(parts.iter().map(Vec::len).collect::<Vec<_>>(), [2, 1]);
+        let zero = Curve::new("", Look::Line, vec![(1.0, 1.0), (2.0, 0.0), (4.0, 4.0)]);
+        let scale = Scale::new(Axis::logarithmic(""), [0.0, 0.6].into_iter());
+        assert_eq!(places(&zero, [&scale, &scale], [0, 0, 300, 300]).len(), 2);
+    }
+
+    #[test]
+    fn a_bar_much_longer_than_the_others_is_cut() {
+        let bars = |last: f64| {
+            let ends = [10.0, 12.0, 20.0, 22.0, 30.0 - last, 30.0 + last];
+            let ends = (0..)
+                .zip(ends)
+                .map(|(index, end)| (f64::from(index / 2), end));
+            let points = vec![(0.0, 11.0), (1.0, 21.0), (2.0, 30.0)];
+            let curves = vec![
+                Curve::new("", Look::Bars, ends),
+                Curve::new("measured", Look::Filled, points),
+            ];
+            Diagram {
+                y: Axis::amount("force in N"),
+                ..diagram(false, curves)
+            }
+        };
+        let top = |diagram: &Diagram| diagram.heights().into_iter().fold(0.0, f64::max);
+        assert_eq!([top(&bars(3.0)), top(&bars(300.0))], [33.0, 30.0]);
+        let cut = svg(&bars(300.0));
+        assert!(
+            cut.contains(">330</text>") && cut.contains(">−270</text>"),
+            "{cut}"
+        );
+        assert!(!svg(&bars(3.0)).contains(">33.0</text>"));
+        // No axis of a force goes below zero for a bar alone.
+        let least = bars(30.5)
+            .heights()
+            .into_iter()
+            .fold(f64::INFINITY, f64::min);
+        assert!(least >= 0.0, "{least}");
+    }
+
+    #[test]
+    fn a_legend_covers_no_point() {
+        let rising = vec![Curve::new(
+            "a name",
+            Look::Line,
+            vec![(0.0, 0.0), (0.6, 0.1), (1.0, 1.0)],
+        )];
+        let scale = Scale::new(Axis::linear(""), [0.0, 1.0].into_iter());
+        let frame = [0, 0, 600, 300];
+        let corner = free_corner(&styled(&rising), [&scale, &scale], frame, (100, 50));
+        assert_eq!(corner, Some((2, 2)), "top left");
+        let crossing = vec![
+            (0.0, 0.0),
+            (1.0, 1.0),
+            (f64::NAN, 0.0),
+            (0.0, 1.0),
+            (1.0, 0.0),
+        ];
+        let crossing = vec![Curve::new("a name", Look::Line, crossing)];
+        assert_eq!(
+            free_corner(&styled(&crossing), [&scale, &scale], frame, (100, 50)),
+            None
+        );
+        assert!(svg(&diagram(false, crossing)).contains("a name"));
+    }
+
+    #[test]
+    fn long_histories_keep_what_can_be_seen() {
+        let history = (0..100_000).map(|i| (f64::from(i), (f64::from(i) * 1e-3).sin()));
+        let text = svg(&diagram(
+            false,
+            vec![Curve::new("history", Look::Line, history)],
+        ));
+        assert!(text.len() < 300_000, "{}", text.len());
+    }
+}

@@ -1,0 +1,664 @@
+//! Figures of where on the workpiece the work of a contact is done.
+
+use super::picture::{Picture, contact_title};
+use crate::report::drawing::clip::{clip_line, clip_polygon};
+use crate::report::drawing::diagram::{Frame, draw_axes, left_of};
+use crate::report::drawing::format::Format;
+use crate::report::drawing::heading::Heading;
+use crate::report::drawing::pens::pen;
+use crate::report::drawing::scale::{Axis, Scale};
+use crate::report::drawing::{
+    BLUE, Canvas, Color, FAINT, GREY, INK, Pen, Point, VERMILION, fine, stroke, text,
+};
+use crate::report::view::{View as TiltedView, is_upright, moved, sampled_pass};
+use bristle::model::settings::Settings;
+use bristle::simulation::{Pass, ProfileCell, Shape};
+use bristle::tool::places;
+use bristle::workpiece::Workpiece;
+use bristle_study::text::number::{short, significant};
+
+/// Names of the figures: the profile unrolled, and the filament on the workpiece.
+pub(super) const PROFILE_UNROLLED: &str = "profile_unrolled";
+pub(super) const PROFILE_DRAWN: &str = "profile_drawn";
+/// Number of shapes of the filament that are drawn.
+const DRAWN_SHAPES: usize = 13;
+/// Width of the figures on a screen, and the space above and below panels, in pixels.
+const WIDTH: i32 = 760;
+const ABOVE: i32 = 10;
+const BETWEEN: i32 = 30;
+const BOTTOM: i32 = 50;
+/// Height of a panel of the unrolled profile on a screen and at least; width of the column of
+/// edges, and of its panel at least.
+const PANEL: i32 = 180;
+const MIN_PANEL: i32 = 150;
+const EDGES: i32 = 276;
+const MIN_EDGES: i32 = 100;
+/// Height of the drawn contact on a screen, and the width of the part around edges.
+const DRAWN: i32 = 380;
+const AROUND: i32 = 330;
+/// How far edges and worked cells are shown beyond their ends, as a part of their length.
+const MARGIN: f64 = 0.06;
+/// How thick the workpiece is drawn below its surface, and how long the longest bar of work is, in
+/// pixels.
+const THICKNESS: f64 = 14.0;
+const LONGEST_BAR: f64 = 46.0;
+
+/// How far the drawn outline may be off, as a part of what is shown: arcs of edges are round on
+/// every scale.
+const OUTLINE_ERROR: f64 = 1e-4;
+/// The name of the part around edges.
+const AT_THE_EDGE: &str = "at the edge";
+
+/// The material of a workpiece, and the background of edges.
+const MATERIAL: Color = Color(222, 218, 208);
+const EDGE: Color = Color(236, 238, 241);
+
+/// Some shapes of a filament from the time `from` (s) on, evenly spread over the time in which it
+/// touches, with the last before and the first after it: those that figures show. Without a contact
+/// they are spread over all times. `shapes` have loads.
+#[must_use]
+pub fn drawn_shapes(shapes: &[Shape], from: f64) -> Vec<Shape> {
+    let shapes = &shapes[shapes.partition_point(|shape| shape.time_s < from)..];
+    let touches = |shape: &Shape| shape.forces.iter().any(|force| force.normal > 0.0);
+    let first = shapes
+        .iter()
+        .position(touches)
+        .map_or(0, |first| first.saturating_sub(1));
+    let last = shapes
+        .iter()
+        .rposition(touches)
+        .map_or(shapes.len(), |last| (last + 2).min(shapes.len()));
+    let shown = &shapes[first..last];
+    crate::insight::slices::spread(shown.len(), DRAWN_SHAPES)
+        .into_iter()
+        .map(|index| shown[index].clone())
+        .collect()
+}
+
+/// The stretch of arc lengths that figures show: the cells with work, and edges with work or next
+/// to it. None without work.
+fn stretch(profile: &[ProfileCell]) -> Option<[f64; 2]> {
+    let worked = hull(
+        profile
+            .iter()
+            .filter(|cell| cell.normal_impulse_n_s_m > 0.0),
+    )?;
+    let near = (worked[1] - worked[0]) / 4.0;
+    let edges = profile.iter().filter(|cell| {
+        cell.on_edge && cell.arc_length_m > worked[0] - near && cell.arc_length_m < worked[1] + near
+    });
+    Some(hull(edges).map_or(worked, |edges| {
+        [worked[0].min(edges[0]), worked[1].max(edges[1])]
+    }))
+}
+
+/// The arc lengths from the start of the first cell to the end of the last.
+fn hull<'a>(cells: impl Iterator<Item = &'a ProfileCell>) -> Option<[f64; 2]> {
+    cells
+        .map(ends)
+        .reduce(|[start, end], [from, to]| [start.min(from), end.max(to)])
+}
+
+/// The arc lengths at the ends of a cell.
+fn ends(cell: &ProfileCell) -> [f64; 2] {
+    [-0.5, 0.5].map(|part| cell.arc_length_m + part * cell.length_m)
+}
+
+/// A stretch with a margin at its ends.
+fn widened([start, end]: [f64; 2], margin: f64) -> [f64; 2] {
+    [start - margin * (end - start), end + margin * (end - start)]
+}
+
+/// The edges within a stretch that have work.
+fn worked_edges(profile: &[ProfileCell], [start, end]: [f64; 2]) -> Option<[f64; 2]> {
+    let within = |cell: &&ProfileCell| {
+        cell.on_edge && cell.arc_length_m >= start && cell.arc_length_m <= end
+    };
+    let edges = || profile.iter().filter(within);
+    edges()
+        .any(|cell| cell.normal_impulse_n_s_m > 0.0)
+        .then(|| hull(edges()))
+        .flatten()
+}
+
+/// A quantity of the cells, as a figure shows it.
+struct Quantity {
+    label: &'static str,
+    color: Color,
+    value: fn(&ProfileCell) -> f64,
+}
+
+const IMPULSE: Quantity = Quantity {
+    label: "normal impulse in N s/m",
+    color: BLUE,
+    value: |cell| cell.normal_impulse_n_s_m,
+};
+const WORK: Quantity = Quantity {
+    label: "friction work in mJ/mm",
+    color: VERMILION,
+    value: |cell| cell.friction_work_j_m,
+};
+
+/// Impulse and friction work per length over the arc length of the profile; a second column shows
+/// edges on a larger scale. None if the filament touches nothing.
+pub(super) fn unrolled(
+    settings: &Settings,
+    profile: &[ProfileCell],
+    format: &Format,
+) -> Option<Picture> {
+    let whole = stretch(profile)?;
+    let edges = worked_edges(profile, whole);
+    let has_work = profile.iter().any(|cell| cell.friction_work_j_m > 0.0);
+    let rows: &[Quantity] = if has_work {
+        &[IMPULSE, WORK]
+    } else {
+        &[IMPULSE]
+    };
+    let scales: Vec<Scale> = rows
+        .iter()
+        .map(|row| {
+            Scale::new(
+                Axis::from_zero(row.label),
+                profile.iter().map(|cell| (row.value)(cell)),
+            )
+        })
+        .collect();
+    let left = scales
+        .iter()
+        .map(|scale| left_of(format, scale))
+        .max()
+        .unwrap_or(0);
+    let page = format.width(WIDTH);
+    let panel = format.height(PANEL, WIDTH, MIN_PANEL);
+    let beside = if edges.is_some() {
+        (EDGES * page / WIDTH).max(left + MIN_EDGES)
+    } else {
+        0
+    };
+    let split = page - 24 - beside;
+    let mut columns = vec![(widened(whole, MARGIN), [left, split], "arc length in mm")];
+    if let Some(edges) = edges {
+        columns.push((
+            widened(edges, 0.5),
+            [split + left, page - 24],
+            "at the edge, in mm",
+        ));
+    }
+    let mut subtitle = "per length of the profile, for one filament in one pass".to_owned();
+    if edges.is_some() {
+        subtitle.push_str("; shaded: edges");
+    }
+    let heading = Heading::new(
+        format,
+        &contact_title("Work along the profile", settings),
+        &subtitle,
+        [left, page],
+    );
+    let first = heading.height() + ABOVE;
+    let height = first + rows.len() as i32 * (panel + BETWEEN) - BETWEEN + BOTTOM;
+    let mut canvas = Canvas::on(format, (page, height));
+    heading.draw(&mut canvas);
+    for (row, (quantity, y)) in (0..).zip(rows.iter().zip(&scales)) {
+        let top = first + row * (panel + BETWEEN);
+        for (column, &(shown, [left, right], label)) in columns.iter().enumerate() {
+            let frame = [left, top, right, top + panel];
+            let mut x = Scale::exact(
+                Axis::linear(label),
+                shown.into_iter().map(|length| 1e3 * length),
+            );
+            if row + 1 < rows.len() as i32 {
+                x.axis.label = "".into();
+                x.ticks.iter_mut().for_each(|(_, label)| label.clear());
+            }
+            let mut y = y.clone();
+            if column > 0 {
+                y.axis.label = "".into();
+            }
+            let place = |length: f64| x.place(1e3 * length.clamp(shown[0], shown[1]), left, right);
+            let within = |cell: &&ProfileCell| ends(cell)[1] > shown[0] && ends(cell)[0] < shown[1];
+            let cells = || profile.iter().filter(within);
+            for cell in cells().filter(|cell| cell.on_edge) {
+                let [from, to] = ends(cell).map(place);
+                canvas.rectangle([(from, fine(top)), (to, fine(top + panel))], EDGE);
+            }
+            draw_axes(&mut canvas, [&x, &y], frame);
+            let level = |value: f64| y.place(value, top + panel, top);
+            let mut outline: Vec<Point> = Vec::new();
+            for cell in cells() {
+                let at = level((quantity.value)(cell));
+                outline.extend(ends(cell).map(|length| (place(length), at)));
+            }
+            outline.dedup();
+            if let (Some(&(first, _)), Some(&(last, _))) = (outline.first(), outline.last()) {
+                let base = level(0.0);
+                let area = [vec![(first, base)], outline.clone(), vec![(last, base)]].concat();
+                canvas.area(area, quantity.color, 0.2);
+                canvas.line(outline, stroke(quantity.color, 14));
+            }
+        }
+    }
+    Some(Picture {
+        name: PROFILE_UNROLLED.to_owned(),
+        canvas,
+    })
+}
+
+/// A part of the plane of rotation on the canvas, in true scale.
+struct View {
+    frame: Frame,
+    /// The point in the middle in m.
+    middle: [f64; 2],
+    /// Pixels per m.
+    scale: f64,
+}
+
+impl View {
+    /// The box between two opposite corners in m, as large as the frame allows.
+    fn new(frame: Frame, [low, high]: [[f64; 2]; 2]) -> Self {
+        let [left, top, right, bottom] = frame;
+        let (wide, tall) = (f64::from(right - left), f64::from(bottom - top));
+        let scale = (wide / (high[0] - low[0])).min(tall / (high[1] - low[1]));
+        Self {
+            frame,
+            middle: [(low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0],
+            scale,
+        }
+    }
+
+    fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let [left, top, right, bottom] = self.frame.map(f64::from);
+        [
+            (left + right) / 2.0 + self.scale * (x - self.middle[0]),
+            (top + bottom) / 2.0 - self.scale * (y - self.middle[1]),
+        ]
+    }
+
+    fn places(&self, points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        points.iter().map(|&point| self.place(point)).collect()
+    }
+
+    fn line(&self, canvas: &mut Canvas, points: &[[f64; 2]], pen: Pen) {
+        for part in clip_line(&self.places(points), self.frame) {
+            pen.line(canvas, &part);
+        }
+    }
+
+    fn polygon(&self, canvas: &mut Canvas, points: &[[f64; 2]], color: Color, opacity: f64) {
+        let clipped = clip_polygon(&self.places(points), self.frame);
+        if clipped.len() > 2 {
+            canvas.area(clipped, color, opacity);
+        }
+    }
+}
+
+/// The pen of a line without dashes.
+fn solid(color: Color, tenths: i32) -> Pen {
+    Pen {
+        color,
+        tenths,
+        dash: (1, 0),
+        ..pen(0)
+    }
+}
+
+/// The box around points, with a margin that is a part of its larger side; none without points.
+fn around(points: impl Iterator<Item = [f64; 2]>, margin: f64) -> Option<[[f64; 2]; 2]> {
+    let boxes = points.map(|point| [point; 2]);
+    let [low, high] = boxes.reduce(|[low, high], [point, _]| {
+        [
+            [0, 1].map(|k| f64::min(low[k], point[k])),
+            [0, 1].map(|k| f64::max(high[k], point[k])),
+        ]
+    })?;
+    let margin = margin * (high[0] - low[0]).max(high[1] - low[1]);
+    Some([low.map(|low| low - margin), high.map(|high| high + margin)])
+}
+
+/// Draws a bar of a round length, about a sixth of the frame's width, below the frame.
+fn scale_bar(canvas: &mut Canvas, view: &View) {
+    let [_, _, right, bottom] = view.frame;
+    let longest = 1e3 * f64::from(view.frame[2] - view.frame[0]) / 4.0 / view.scale;
+    let power = 10_f64.powf(longest.log10().floor());
+    let length = [5.0, 2.0, 1.0]
+        .map(|digit| digit * power)
+        .into_iter()
+        .find(|length| *length <= longest)
+        .unwrap_or(power);
+    let (end, level) = (fine(right), fine(bottom + 22));
+    let start = end - (length * view.scale / 1e3 * f64::from(fine(1))).round() as i32;
+    let up = level - fine(4);
+    canvas.line(
+        [(start, up), (start, level), (end, level), (end, up)],
+        stroke(INK, 10),
+    );
+    canvas.text(
+        &format!("{} mm", short(length)),
+        text(11, INK).left(),
+        (start - fine(6), level),
+    );
+}
+
+/// The quadrilateral between the ends of a stretch of the outline and the same points moved
+/// outwards by `length` (m).
+fn raised([[x, y], [x_end, y_end]]: [[f64; 2]; 2], length: f64) -> [[f64; 2]; 4] {
+    let factor = length / (x_end - x).hypot(y_end - y);
+    let (u, v) = (-factor * (y_end - y), factor * (x_end - x));
+    [
+        [x, y],
+        [x_end, y_end],
+        [x_end + u, y_end + v],
+        [x + u, y + v],
+    ]
+}
+
+/// A part of a contact in true scale: coordinates in m as they are seen.
+struct Pane {
+    /// What it shows, unless that is plain.
+    name: &'static str,
+    /// Opposite corners of what is shown.
+    corners: [[f64; 2]; 2],
+    surface: Vec<[f64; 2]>,
+    /// Whether the material is what the surface goes round.
+    is_filled: bool,
+    /// The ends of the cells of the profile; none where they cannot be told from each other.
+    cells: Vec<Option<[[f64; 2]; 2]>>,
+    /// Outlines of the tool's body, and of its trim.
+    body: Vec<Vec<[f64; 2]>>,
+    trim: Vec<Vec<[f64; 2]>>,
+    filaments: Vec<Vec<[f64; 2]>>,
+}
+
+/// The arc lengths of the worked part of a profile, and of its worked edges.
+struct Worked {
+    whole: [f64; 2],
+    edges: Option<[f64; 2]>,
+}
+
+impl Worked {
+    fn of(profile: &[ProfileCell]) -> Option<Self> {
+        let whole = stretch(profile)?;
+        Some(Self {
+            whole,
+            edges: worked_edges(profile, whole),
+        })
+    }
+
+    /// Places in the worked part.
+    fn places<'a>(&self, profile: &'a [ProfileCell]) -> impl Iterator<Item = [f64; 2]> + 'a {
+        let [from, to] = self.whole;
+        let worked = profile
+            .iter()
+            .filter(move |cell| cell.arc_length_m > from && cell.arc_length_m < to);
+        worked.map(|cell| [cell.x_m, cell.y_m])
+    }
+
+    /// Places on the worked edges, if there are any.
+    fn places_of_edges<'a>(
+        &self,
+        profile: &'a [ProfileCell],
+    ) -> Option<impl Iterator<Item = [f64; 2]> + 'a> {
+        let [from, to] = self.edges?;
+        let on_edges = profile
+            .iter()
+            .filter(move |cell| cell.on_edge && cell.arc_length_m > from && cell.arc_length_m < to);
+        Some(on_edges.map(|cell| [cell.x_m, cell.y_m]))
+    }
+}
+
+/// How far a part around edges goes beyond them, as a part of their size, and how far one of all
+/// goes.
+const AROUND_EDGES: f64 = 0.8;
+const AROUND_ALL: f64 = 0.04;
+
+/// The view along the axis of an upright tool, and another of edges.
+fn upright_panes(
+    settings: &Settings,
+    profile: &[ProfileCell],
+    worked: &Worked,
+    shapes: &[Shape],
+) -> Option<Vec<Pane>> {
+    let pass = Pass::new(settings);
+    // As far as the picture may go.
+    let outline = pass.workpiece().profile(1.5 * settings.tool_radius_m())?;
+    // As they are seen from the workpiece, which may move.
+    let [x_rate, y_rate, _] = pass.workpiece().surface([0.0; 3], 0.0).velocity;
+    let seen = |shape: &Shape| {
+        let time = shape.time_s;
+        shape
+            .nodes_m
+            .iter()
+            .map(|&[x, y, _]| [x - time * x_rate, y - time * y_rate])
+            .collect::<Vec<_>>()
+    };
+    let filaments: Vec<Vec<[f64; 2]>> = shapes.iter().map(seen).collect();
+    let body = (0..=720).map(|k| {
+        let (sin, cos) = (f64::from(k) / 2.0).to_radians().sin_cos();
+        [cos, sin].map(|part| part * settings.tool.body_radius_m)
+    });
+    let body = body.collect::<Vec<_>>();
+    let cells: Vec<_> = pass
+        .profile()?
+        .cells
+        .iter()
+        .map(|cell| Some(cell.ends))
+        .collect();
+    let pane = |name, corners: [[f64; 2]; 2]| Pane {
+        name,
+        corners,
+        surface: outline.simplified(OUTLINE_ERROR * (corners[1][0] - corners[0][0])),
+        is_filled: outline.is_solid(),
+        cells: cells.clone(),
+        body: vec![body.clone()],
+        trim: Vec::new(),
+        filaments: filaments.clone(),
+    };
+    let mut panes = vec![pane(
+        "",
+        around(
+            worked
+                .places(profile)
+                .chain(filaments.iter().flatten().copied()),
+            AROUND_ALL,
+        )?,
+    )];
+    if let Some(places) = worked.places_of_edges(profile) {
+        panes.push(pane(AT_THE_EDGE, around(places, AROUND_EDGES)?));
+    }
+    Some(panes)
+}
+
+/// The views of another tool along its axis and from the side, and another of edges.
+fn posed_panes(
+    settings: &Settings,
+    profile: &[ProfileCell],
+    worked: &Worked,
+    shapes: &[Shape],
+) -> Option<Vec<Pane>> {
+    let pass = sampled_pass(settings);
+    let cells = pass.profile()?.cells;
+    let mut edge = None;
+    let mut panes = Vec::new();
+    for view in TiltedView::all(settings, &pass) {
+        // As they are seen from the workpiece, which may move.
+        let seen = |shape: &Shape| {
+            let [x, y] = view.shift(moved(&pass, shape.time_s));
+            let node = |node: &[f64; 3]| {
+                let [along, above] = view.place(*node);
+                [along - x, above - y]
+            };
+            shape.nodes_m.iter().map(node).collect::<Vec<_>>()
+        };
+        let filaments: Vec<Vec<[f64; 2]>> = shapes.iter().map(seen).collect();
+        let end = |end: [f64; 2]| view.on_profile(end);
+        let places = worked.places(profile).filter_map(end);
+        let corners = around(
+            places
+                .chain(filaments.iter().flatten().copied())
+                .chain(view.nearest.iter().copied()),
+            AROUND_ALL,
+        )?;
+        let edges = worked
+            .places_of_edges(profile)
+            .and_then(|places| around(places.filter_map(end), AROUND_EDGES));
+        let seen: Vec<_> = cells
+            .iter()
+            .map(|cell| Some([end(cell.ends[0])?, end(cell.ends[1])?]))
+            .collect();
+        let pane = |name, corners| Pane {
+            name,
+            corners,
+            surface: view.surface.points.clone(),
+            is_filled: view.surface.is_filled,
+            cells: seen.clone(),
+            body: view.body.clone(),
+            trim: view.trim.clone(),
+            filaments: filaments.clone(),
+        };
+        panes.push(pane(view.name, corners));
+        edge = edge.or(edges.map(|corners| {
+            let pane = pane(AT_THE_EDGE, corners);
+            // As round as the cells, on which the bars stand.
+            let arc = seen.iter().flatten().flatten().copied().collect();
+            if pane.is_filled {
+                pane
+            } else {
+                Pane {
+                    surface: arc,
+                    ..pane
+                }
+            }
+        }));
+    }
+    panes.extend(edge);
+    Some(panes)
+}
+
+/// The filament at some times on the profile in true scale, with the work as bars across the
+/// surface; another panel shows edges on a larger scale. Tools that are not upright radial ones are
+/// seen along their axis and from the side.
+pub(super) fn drawn(
+    settings: &Settings,
+    profile: &[ProfileCell],
+    shapes: &[Shape],
+    format: &Format,
+) -> Option<Picture> {
+    let worked = Worked::of(profile)?;
+    let is_upright = is_upright(settings);
+    let panes = if is_upright {
+        upright_panes
+    } else {
+        posed_panes
+    }(settings, profile, &worked, shapes)?;
+    let quantity = if profile.iter().any(|cell| cell.friction_work_j_m > 0.0) {
+        &WORK
+    } else {
+        &IMPULSE
+    };
+    let largest = profile.iter().map(quantity.value).fold(0.0, f64::max);
+    let name = quantity.label.split(" in ").next().unwrap_or_default();
+    let unit = quantity.label.split(" in ").nth(1).unwrap_or_default();
+    let mut bars = format!(
+        "bars: {name} per length, at most {} {unit}; the filament from light to dark",
+        significant(largest)
+    );
+    if !is_upright {
+        bars.push_str("; dashed: undeformed trim");
+    }
+    if places(settings).len() > 1 {
+        bars.push_str("; the filament is that in the middle of the trim, the work that of all");
+    }
+    let page = format.width(WIDTH);
+    let heading = Heading::new(
+        format,
+        &contact_title("Filament on the workpiece", settings),
+        &bars,
+        [24, page],
+    );
+    let top = heading.height() + ABOVE;
+    let bottom = top + format.height(DRAWN, WIDTH, 0);
+    let frames: Vec<Frame> = if is_upright {
+        let split = if panes.len() > 1 {
+            page - 24 - AROUND * page / WIDTH
+        } else {
+            page
+        };
+        vec![
+            [24, top, split - 24, bottom],
+            [split, top, page - 24, bottom],
+        ]
+    } else {
+        let count = panes.len() as i32;
+        let place = |k: i32| 24 + (page - 24) * k / count;
+        (0..count)
+            .map(|k| [place(k), top, place(k + 1) - 24, bottom])
+            .collect()
+    };
+    let mut canvas = Canvas::on(format, (page, bottom + 40));
+    heading.draw(&mut canvas);
+    for (pane, &frame) in panes.iter().zip(&frames) {
+        let view = View::new(frame, pane.corners);
+        if pane.is_filled {
+            view.polygon(&mut canvas, &pane.surface, MATERIAL, 1.0);
+        } else {
+            for ends in pane.surface.windows(2) {
+                view.polygon(
+                    &mut canvas,
+                    &raised([ends[0], ends[1]], -THICKNESS / view.scale),
+                    MATERIAL,
+                    1.0,
+                );
+            }
+        }
+        for (worked, cell) in profile.iter().zip(&pane.cells) {
+            let length = LONGEST_BAR * (quantity.value)(worked) / largest / view.scale;
+            if let Some(ends) = cell
+                && length * view.scale > 0.05
+            {
+                view.polygon(&mut canvas, &raised(*ends, length), quantity.color, 0.55);
+            }
+        }
+        for body in &pane.body {
+            view.line(&mut canvas, body, solid(FAINT, 14));
+        }
+        for trim in &pane.trim {
+            view.line(
+                &mut canvas,
+                trim,
+                Pen {
+                    dash: (5, 4),
+                    ..solid(GREY, 8)
+                },
+            );
+        }
+        for (index, filament) in pane.filaments.iter().enumerate() {
+            // From light to dark as time passes.
+            let shade = |light: u8, dark: u8| {
+                let part = (index + 1) as f64 / pane.filaments.len() as f64;
+                (f64::from(light) + part * (f64::from(dark) - f64::from(light))).round() as u8
+            };
+            let color = Color(shade(190, 40), shade(200, 44), shade(212, 52));
+            view.line(&mut canvas, filament, solid(color, 12));
+        }
+        view.line(&mut canvas, &pane.surface, solid(INK, 14));
+        scale_bar(&mut canvas, &view);
+    }
+    for (pane, &[left, top, right, bottom]) in panes
+        .iter()
+        .zip(&frames)
+        .filter(|(pane, _)| !pane.name.is_empty())
+    {
+        canvas.frame(
+            [(fine(left), fine(top)), (fine(right), fine(bottom))],
+            stroke(FAINT, 8),
+        );
+        canvas.text(
+            pane.name,
+            text(11, GREY).right(),
+            (fine(left + 6), fine(top + 12)),
+        );
+    }
+    Some(Picture {
+        name: PROFILE_DRAWN.to_owned(),
+        canvas,
+    })
+}

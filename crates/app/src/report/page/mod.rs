@@ -1,0 +1,580 @@
+//! `report.html`: a study as one self-contained page for a browser; `brush.html`: a brush.
+//!
+//! A study, its results and the courses of some cases ([`Recorder`]) go in; the text of the page
+//! comes out. It contains the data as JSON, the scripts that draw them, and their style. The same
+//! study gives the same bytes: the page contains neither dates nor durations.
+
+use serde_json::{Value, json};
+
+use crate::insight::advice::{Answer, headline};
+use crate::insight::assumptions::{Assumption, Assumptions};
+use crate::insight::measured::Comparison;
+use bristle::equations;
+use bristle::model::metrics::{Metrics, SWEEPING_RATIO, UNSTABLE_AMPLIFICATION, tool_force};
+use bristle::model::parameters::{PARAMETERS, Parameter};
+use bristle::model::record::{Column, Prominence, Record, Scale, Scope};
+use bristle::model::settings::Settings;
+use bristle::simulation::Statistics;
+use bristle_study::grid::brush::{Having, metric_columns};
+use bristle_study::grid::uncertainty::ForceScatter;
+use bristle_study::grid::{CaseResult, CaseSummary, Interaction, Study, Sweep};
+use bristle_study::input::plausibility::{Unusual, unusual_in_study};
+use bristle_study::text::shown;
+
+mod brush;
+mod calibration;
+mod course;
+mod measured;
+mod packed;
+mod removal;
+mod selection;
+
+pub use brush::brush_page;
+pub use calibration::calibration_page;
+pub use course::{Course, Recorder};
+pub use removal::removal_page;
+pub use selection::{MAX_CASES_SHOWN, MAX_COURSES};
+
+use packed::rounded;
+use selection::Selection;
+
+/// A document, and the body of most pages, with places to be filled in.
+const DOCUMENT: &str = include_str!("document.html");
+const FRAME: &str = include_str!("frame.html");
+const SECTIONS: &str = include_str!("study.html");
+const STYLE: &str = include_str!("style.css");
+/// The scripts of the page; each builds on those before it.
+const SCRIPT: &str = concat!(
+    include_str!("format.js"),
+    include_str!("settings.js"),
+    include_str!("measured.js"),
+    include_str!("overview.js"),
+    include_str!("player.js"),
+    include_str!("course.js"),
+    include_str!("script.js"),
+);
+
+/// Longest name of a study in its page, in characters.
+const LONGEST_NAME: usize = 100;
+
+/// The page of a study. `name` is the name of the study, such as that of its input file; `results`
+/// has one result per case, in order; `assumptions` are the settings that the file leaves to their
+/// defaults, `comparisons` those with measured forces, and `answer` is what the file asks for.
+#[must_use]
+pub fn page(
+    name: &str,
+    study: &Study,
+    results: &[CaseResult],
+    courses: &[Course],
+    assumptions: &Assumptions,
+    comparisons: &[Comparison],
+    answer: Option<&Answer>,
+) -> String {
+    let name = &shown(name, LONGEST_NAME);
+    let notes = Notes {
+        unusual: &unusual_in_study(study),
+        assumptions,
+    };
+    let page = Page {
+        title: &format!("{name}: brushing study"),
+        subject: "contact of a brush filament with a workpiece",
+        without_scripts: "This page draws its figures with JavaScript, which is switched off. The same numbers are in \
+                          <code>runs.csv</code> in the same directory.",
+        sections: SECTIONS,
+        notes,
+        data: data(name, study, results, courses, comparisons, answer),
+        script: SCRIPT,
+    };
+    page.framed()
+}
+
+/// What a reader should know about the settings of a page.
+#[derive(Clone, Copy)]
+pub struct Notes<'a> {
+    /// What is unusual about them.
+    pub unusual: &'a [Unusual],
+    /// Those that the input file leaves to their defaults.
+    pub assumptions: &'a Assumptions,
+}
+
+impl Notes<'_> {
+    /// For the script.
+    fn data(&self) -> Value {
+        json!({
+            "warnings": self.unusual.iter().map(|unusual| &unusual.statement).collect::<Vec<_>>(),
+            "assumptions": assumptions_data(self.assumptions),
+        })
+    }
+}
+
+/// What a page has of its own.
+struct Page<'a> {
+    /// Plain text.
+    title: &'a str,
+    /// What it is about. This and the next two are HTML.
+    subject: &'static str,
+    /// A note for browsers that run no scripts.
+    without_scripts: &'static str,
+    /// The sections before those that each page ends with.
+    sections: &'a str,
+    notes: Notes<'a>,
+    /// What the script reads beside the notes.
+    data: Value,
+    script: &'static str,
+}
+
+impl Page<'_> {
+    /// The whole page.
+    fn framed(self) -> String {
+        let Self {
+            title,
+            subject,
+            without_scripts,
+            sections,
+            notes,
+            mut data,
+            script,
+        } = self;
+        data["notes"] = notes.data();
+        let body = [
+            ("subject", subject),
+            ("without_scripts", without_scripts),
+            ("sections", sections),
+            ("data", &script_data(&data)),
+            ("script", script),
+        ];
+        document(&escape_html(title), STYLE, SCRIPTS, &fill(FRAME, &body))
+    }
+}
+
+/// The part of a document's policy that lets scripts run.
+const SCRIPTS: &str = " script-src 'unsafe-inline';";
+
+/// The document of a body. `title` is HTML.
+fn document(title: &str, style: &str, scripts: &str, body: &str) -> String {
+    fill(
+        DOCUMENT,
+        &[
+            ("title", title),
+            ("style", style),
+            ("scripts", scripts),
+            ("body", body),
+        ],
+    )
+}
+
+/// Fills the places of a template, `{{name}}`, with texts. Places within these texts are not
+/// filled.
+fn fill(template: &str, texts: &[(&str, &str)]) -> String {
+    let mut filled = String::with_capacity(
+        template.len() + texts.iter().map(|(_, text)| text.len()).sum::<usize>(),
+    );
+    let mut rest = template;
+    while let Some((before, after)) = rest.split_once("{{") {
+        filled.push_str(before);
+        let (place, after) = after
+            .split_once("}}")
+            .expect("a place of the template ends");
+        let (_, text) = texts
+            .iter()
+            .find(|(name, _)| *name == place)
+            .expect("each place has its text");
+        filled.push_str(text);
+        rest = after;
+    }
+    filled + rest
+}
+
+/// Escapes text for HTML.
+fn escape_html(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+/// The first of some lines, and the items of a list of the others, as HTML.
+fn lead_and_items(lines: &[String]) -> [String; 2] {
+    let (lead, others) = lines.split_first().expect("a page has a first line");
+    let item = |line: &String| format!("<li>{}</li>", escape_html(line));
+    [escape_html(lead), others.iter().map(item).collect()]
+}
+
+/// JSON for a `<script>`, which it must neither end nor open a comment in. It has `<` in strings
+/// only, where it may be escaped.
+fn script_data(data: &Value) -> String {
+    let json = serde_json::to_string(data).expect("a value of JSON can be written");
+    // A page of megabytes is not copied for nothing.
+    if json.contains('<') {
+        json.replace('<', "\\u003c")
+    } else {
+        json
+    }
+}
+
+/// A column in all cases, for the script; `null` where a case failed or the value is unknown.
+fn quantity<R: Record>(
+    column: &Column<R>,
+    summaries: &[Option<CaseSummary>],
+    record: impl Fn(&CaseSummary) -> Option<&R>,
+) -> Value {
+    let &Column {
+        key,
+        symbol,
+        unit,
+        name,
+        meaning,
+        display,
+        ..
+    } = column;
+    let number =
+        |summary: &Option<CaseSummary>| Some(rounded(column.get(record(summary.as_ref()?)?)));
+    json!({
+        "key": key,
+        "symbol": symbol,
+        "unit": unit,
+        "name": name,
+        "meaning": meaning,
+        // Whether it is one of the few that a report is read for.
+        "headline": display.prominence == Prominence::Headline,
+        "logarithmic": display.scale == Scale::Logarithmic,
+        // The range of its colours, if that is not the range of its values.
+        "range": display.range.map(|range| range.map(|end| end / display.factor)),
+        "values": summaries.iter().map(number).collect::<Vec<_>>(),
+    })
+}
+
+/// Whether some value of a [`quantity`] is known and not zero.
+fn tells(quantity: &Value) -> bool {
+    let values = quantity["values"].as_array();
+    values
+        .into_iter()
+        .flatten()
+        .any(|value| value.as_f64().is_some_and(|value| value != 0.0))
+}
+
+fn data(
+    name: &str,
+    study: &Study,
+    results: &[CaseResult],
+    courses: &[Course],
+    comparisons: &[Comparison],
+    answer: Option<&Answer>,
+) -> Value {
+    let shown = Selection::shown(study);
+    let axis = |(axis, positions): (&Sweep, &Vec<usize>)| {
+        let setting = axis.setting();
+        let [symbol, unit] = setting
+            .parameter()
+            .map_or([""; 2], |parameter| [parameter.symbol, parameter.unit]);
+        let chosen = |names: &[String]| {
+            positions
+                .iter()
+                .map(|&at| names[at].clone())
+                .collect::<Vec<_>>()
+        };
+        json!({
+            "path": setting.path(),
+            "symbol": symbol,
+            "name": setting.name(),
+            "unit": unit,
+            // The values shown; of named tools their positions, and the names.
+            "values": positions.iter().map(|&at| axis.values()[at]).collect::<Vec<_>>(),
+            "names": setting.names().map(chosen),
+            // Their positions among all values, and the number of all values, which give the row
+            // of a case in `runs.csv`.
+            "positions": positions,
+            "count": axis.values().len(),
+        })
+    };
+    let axes = study.sweeps().iter().zip(&shown.positions).map(axis);
+    let cases: Vec<&CaseResult> = shown.cases.iter().map(|&case| &results[case]).collect();
+    let summary = |result: &&CaseResult| result.as_ref().ok().cloned();
+    let summaries: Vec<Option<CaseSummary>> = cases.iter().map(summary).collect();
+    let mut metrics: Vec<&Column<Metrics>> = metric_columns(Having::of_study(study)).collect();
+    metrics.sort_by_key(|column| place_on_page(column));
+    let metrics = metrics.into_iter().filter_map(|column| {
+        let quantity = quantity(column, &summaries, |summary| Some(&summary.metrics));
+        (!column.display.optional || tells(&quantity)).then_some(quantity)
+    });
+    let scatter = ForceScatter::COLUMNS
+        .iter()
+        .map(|column| quantity(column, &summaries, |summary| summary.scatter.as_ref()));
+    let interaction = |column| quantity(column, &summaries, |summary| summary.brush.as_ref());
+    let (headlines, others): (Vec<&Column<Interaction>>, Vec<&Column<Interaction>>) =
+        Interaction::COLUMNS
+            .iter()
+            .filter(|_| study.has_brush())
+            .partition(|column| column.display.prominence == Prominence::Headline);
+    // What interaction changes comes first.
+    let metrics = headlines.into_iter().map(interaction).chain(metrics);
+    // Without scatter there is no band, and inputs that do not scatter have no share.
+    let quantities: Vec<Value> = metrics
+        .chain(scatter.filter(tells))
+        .chain(others.into_iter().map(interaction))
+        .collect();
+    let statistics: Vec<Value> = Statistics::COLUMNS
+        .iter()
+        .map(|column| quantity(column, &summaries, |summary| Some(&summary.statistics)))
+        .collect();
+    let uncertainties: Vec<Option<f64>> = shown
+        .cases
+        .iter()
+        .zip(&summaries)
+        .map(|(&case, summary)| Some(uncertainty(&study.settings(case), summary.as_ref()?)))
+        .collect();
+    let errors: Vec<(usize, &String)> = cases
+        .iter()
+        .enumerate()
+        .filter_map(|(index, result)| Some((index, result.as_ref().err()?)))
+        .collect();
+    let courses: Vec<(usize, &Value)> = courses
+        .iter()
+        .filter_map(|course| {
+            Some((
+                shown.cases.binary_search(&course.case()).ok()?,
+                &course.data,
+            ))
+        })
+        .collect();
+    json!({
+        "name": name,
+        "headline": headline(study, results),
+        "answer": answer,
+        "version": env!("CARGO_PKG_VERSION"),
+        "equations": { "sha256": equations::FINGERPRINT, "maker": equations::MAKER },
+        "cases": study.case_count(),
+        "failed": results.iter().filter(|result| result.is_err()).count(),
+        "axes": axes.collect::<Vec<_>>(),
+        "tools": study.tools().iter().map(|tool| &tool.name).collect::<Vec<_>>(),
+        "settings": study_settings(study),
+        "quantities": quantities,
+        "brush": study.has_brush(),
+        "measured": measured::measured_data(study, comparisons),
+        "unstable_above": UNSTABLE_AMPLIFICATION,
+        "sweeping_above": SWEEPING_RATIO,
+        "force_uncertainty": uncertainties,
+        "statistics": statistics,
+        "errors": errors,
+        "courses": courses,
+    })
+}
+
+/// The settings that are assumed, and what a change of each does.
+fn assumptions_data(assumptions: &Assumptions) -> Value {
+    let entry = |assumption: &Assumption| {
+        let &Assumption {
+            parameter,
+            value,
+            changed,
+            force_change,
+        } = assumption;
+        let &Parameter {
+            path,
+            symbol,
+            name,
+            unit,
+            ..
+        } = parameter;
+        json!({
+            "path": path, "symbol": symbol, "name": name, "unit": unit,
+            "value": value, "changed": rounded(changed), "force_change": force_change.map(rounded),
+        })
+    };
+    let Assumptions {
+        row,
+        place,
+        list,
+        material: _,
+    } = assumptions;
+    let list: Vec<Value> = list.iter().map(entry).collect();
+    json!({ "row": row, "place": place, "list": list, "notes": assumptions.notes() })
+}
+
+/// The order of metrics on the page: the most prominent first, with all those of the tool together.
+/// A depth is shown where it is a result.
+fn place_on_page(column: &Column<Metrics>) -> Prominence {
+    match column.display.scope {
+        _ if column.key == "penetration_depth_m" => Prominence::Headline,
+        Scope::Tool if column.display.prominence == Prominence::Detail => Prominence::Figure,
+        Scope::Tool => Prominence::Headline,
+        Scope::Filament => column.display.prominence,
+    }
+}
+
+/// Uncertainty of the tool force in N, from that of the number of filaments: `ΔF_n,w = p_n ΔN_f
+/// ω/(2π)`.
+fn uncertainty(settings: &Settings, summary: &CaseSummary) -> f64 {
+    let rate = settings.angular_velocity_rad_s();
+    let impulse = summary.metrics.contact_normal_impulse_n_s;
+    rounded(tool_force(
+        impulse,
+        settings.tool.filament_count_uncertainty,
+        rate,
+    ))
+}
+
+/// The settings of a study. Those that differ between named tools have a value for each.
+fn study_settings(study: &Study) -> Vec<Value> {
+    let tools = study.tools().len().max(1);
+    let first_case = |tool: usize| study.settings(tool * (study.case_count() / tools));
+    let of_tool = |tool: usize| settings(&first_case(tool), |parameter| study.varies(parameter));
+    let of_tools: Vec<Vec<Value>> = (0..tools).map(of_tool).collect();
+    let position = |settings: &[Value], entry: &Value| {
+        settings.iter().position(|own| own["path"] == entry["path"])
+    };
+    // What only some have comes behind what precedes it there.
+    let mut merged: Vec<Value> = Vec::new();
+    for settings in &of_tools {
+        let mut next = 0;
+        for entry in settings {
+            next = 1 + position(&merged, entry).unwrap_or_else(|| {
+                merged.insert(next, entry.clone());
+                next
+            });
+        }
+    }
+    for entry in &mut merged {
+        let value = |settings: &Vec<Value>| {
+            position(settings, entry).map_or(json!("none"), |own| settings[own]["value"].clone())
+        };
+        let values: Vec<Value> = of_tools.iter().map(value).collect();
+        if values.iter().any(|value| *value != values[0]) {
+            (entry["value"], entry["by_tool"]) = (Value::Null, json!(values));
+        }
+    }
+    merged
+}
+
+/// Path, symbol, name and unit of the settings that are not numbers, each after the path of the
+/// number that it precedes. Those that the settings do not state, as of another kind of workpiece
+/// or without a brush, are left out.
+const NOT_NUMBERS: [(&str, [&str; 4]); 11] = [
+    ("tool.body_radius_m", ["tool.kind", "", "kind of tool", ""]),
+    (
+        "workpiece.feed_velocity_m_s",
+        ["workpiece.kind", "", "kind of workpiece", ""],
+    ),
+    (
+        "workpiece.feed_velocity_m_s",
+        ["workpiece.normal", "n⃗", "outward normal", ""],
+    ),
+    (
+        "process.brushing_velocity_m_s",
+        ["workpiece.side", "", "how filaments meet an edge", ""],
+    ),
+    (
+        "process.brushing_velocity_m_s",
+        [
+            "workpiece.control_points_m",
+            "",
+            "control points of a profile",
+            "m",
+        ],
+    ),
+    (
+        "process.brushing_velocity_m_s",
+        ["workpiece.closed", "", "whether a profile is closed", ""],
+    ),
+    (
+        "process.lead_angle_rad",
+        [
+            "process.gravity_m_s2",
+            "g⃗",
+            "acceleration of free fall",
+            "m/s²",
+        ],
+    ),
+    (
+        "brush.columns",
+        [
+            "uncertainty.hold",
+            "",
+            "what stays the same for tools of another radius",
+            "",
+        ],
+    ),
+    (
+        "brush.stiffness_n_m2",
+        ["brush.pattern", "", "pattern of the roots", ""],
+    ),
+    (
+        "brush.stiffness_n_m2",
+        [
+            "brush.ends",
+            "",
+            "what is beyond the first and the last row",
+            "",
+        ],
+    ),
+    (
+        "brush.seed",
+        ["brush.steady", "", "whether a steady stretch counts", ""],
+    ),
+];
+
+/// All settings; those that are swept have no value. Without a brush there are none of `[brush]`,
+/// and likewise of `[removal]`.
+fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value> {
+    let entry = |[path, symbol, name, unit]: [&str; 4], value: Value| json!({ "path": path, "symbol": symbol, "name": name, "unit": unit, "value": value });
+    let all = serde_json::to_value(base).expect("settings have texts as keys");
+    let stated = |path: &str| {
+        all.pointer(&format!("/{}", path.replace('.', "/")))
+            .filter(|value| !value.is_null())
+    };
+    let mut entries: Vec<(&str, Value)> = PARAMETERS
+        .iter()
+        .filter(|parameter| match parameter.section() {
+            "brush" => base.brush.is_some(),
+            "removal" => base.removal.is_some(),
+            _ => true,
+        })
+        .filter_map(|parameter| {
+            let &Parameter {
+                path,
+                symbol,
+                name,
+                unit,
+                ..
+            } = parameter;
+            let number = parameter.read(base)?;
+            let value = match path {
+                _ if is_swept(parameter) => Value::Null,
+                // A number, or what takes its place.
+                "process.penetration_depth_m" if base.process.tool_force_n.is_some() => {
+                    json!("found for the force")
+                }
+                "process.tool_force_n" if base.process.tool_force_n.is_none() => {
+                    json!("none: the depth is stated")
+                }
+                // What follows from others is rounded.
+                _ if !parameter.instead_of.is_empty() => json!(rounded(number)),
+                // A number, or a word, or nothing.
+                "process.turns" | "brush.columns" | "brush.rows" | "brush.contact_points" => {
+                    json!(stated(path))
+                }
+                // A number without a default.
+                "removal.preston_m2_n"
+                | "removal.filament_wear_m2_n"
+                | "removal.edge_feed_velocity_m_s" => {
+                    stated(path).cloned().unwrap_or_else(|| json!("not stated"))
+                }
+                _ => json!(number),
+            };
+            Some((path, entry([path, symbol, name, unit], value)))
+        })
+        .collect();
+    for (next, names) in NOT_NUMBERS {
+        if let Some(value) = stated(names[0]) {
+            let place = entries
+                .iter()
+                .position(|(path, _)| *path == next)
+                .unwrap_or(entries.len());
+            entries.insert(place, (names[0], entry(names, value.clone())));
+        }
+    }
+    entries.into_iter().map(|(_, entry)| entry).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,477 @@
+//! A study from its settings to the files of its results, once for the program and for Python.
+//!
+//! [`StudyRun`] simulates the cases and journals them; [`StudyRun::finish`] draws the page and
+//! writes all files. An [`Observer`] sees how far it is. [`publish`] writes the files of results
+//! that are there already.
+
+pub mod calibration;
+pub mod convergence;
+pub mod removal;
+
+use std::io;
+use std::num::NonZeroUsize;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use crate::insight::advice::Answer;
+use crate::insight::assumptions::Assumptions;
+use crate::insight::measured::{Comparison, compare};
+use crate::report::page::{Recorder, page};
+#[cfg(feature = "parquet")]
+use crate::report::parquet::write_runs_parquet;
+use crate::store::journal_file::{Earlier, JournalFile, JournalFileError};
+use crate::store::results::Origin;
+use crate::store::staged::{FileError, Occupied, StagedFile, Written, remove};
+use crate::store::study_files::{COMPARISON, MEASURED, RUNS_PARQUET, occupy_results, write_study};
+use bristle::simulation::{Sampling, Simulation, Stop};
+use bristle_study::grid::{CaseResult, Resources, Study, simulate_cases, without_result};
+use bristle_study::input::document::Document;
+use bristle_study::input::measured::{Measurement, measured_text};
+use thiserror::Error;
+
+/// Watches a study, from any thread.
+pub trait Observer: Sync {
+    /// A case, counted from 0, has a result, which is in the journal if there is one.
+    fn case_done(&self, case: usize, failed: bool);
+
+    /// No further case is simulated; page and files may follow.
+    fn ended(&self) {}
+
+    /// The recommendation for what the file asks for is simulated.
+    fn answering(&self) {}
+}
+
+/// Why a study has no results.
+#[derive(Debug, Error)]
+pub enum RunError {
+    /// Threads cannot be started.
+    #[error("cannot start threads: {0}")]
+    Threads(#[from] io::Error),
+    /// A file cannot be written.
+    #[error(
+        "{error}\n{done} of {total} cases are in the journal; once there is room, run the same command again to resume"
+    )]
+    Unfinished {
+        /// Why.
+        error: FileError,
+        /// Number of cases in the journal.
+        done: usize,
+        /// Number of all cases.
+        total: usize,
+    },
+    /// It was asked to stop.
+    #[error("the study was stopped before all cases had results")]
+    Stopped,
+}
+
+/// What a study may use, who can stop it, and who watches it.
+pub struct Means<'a> {
+    /// Threads and memory.
+    pub resources: Resources,
+    /// Ends the study at the next step of each of its passes.
+    pub stop: &'a Stop,
+    /// Watches it.
+    pub observer: &'a dyn Observer,
+}
+
+/// What a page shows besides results.
+pub struct Subject<'a> {
+    /// The title.
+    pub name: &'a str,
+    /// The build that simulated the study.
+    pub origin: &'a Origin,
+    /// What was not stated.
+    pub assumptions: &'a Assumptions,
+    /// The answer to what the file asks for.
+    pub answer: Option<&'a Answer>,
+    /// The forces with which the study is compared.
+    pub measured: &'a [Measurement],
+}
+
+/// The directory where results go.
+struct Output {
+    directory: PathBuf,
+    journal: JournalFile,
+    _occupied: Occupied,
+}
+
+/// A study and the results that it has so far, also in the journal of its directory if it has one.
+pub struct StudyRun {
+    study: Study,
+    results: Vec<Option<CaseResult>>,
+    output: Option<Output>,
+}
+
+/// A study with all its results.
+pub struct Finished {
+    /// The study.
+    pub study: Study,
+    /// One result per case.
+    pub results: Vec<CaseResult>,
+    /// What was not stated.
+    pub assumptions: Assumptions,
+    /// The answer to what the file asks for.
+    pub answer: Option<Answer>,
+    /// How measured forces compare.
+    pub comparisons: Vec<Comparison>,
+    /// The files that were written.
+    pub files: Vec<PathBuf>,
+}
+
+impl StudyRun {
+    /// A study without results, which go nowhere.
+    #[must_use]
+    pub fn new(study: Study) -> Self {
+        Self {
+            results: vec![None; study.case_count()],
+            study,
+            output: None,
+        }
+    }
+
+    /// A study with the results in the journal of `directory`, or without any if it is to
+    /// `restart`. What is written to subdirectories by others is announced with it.
+    ///
+    /// # Errors
+    /// If the directory cannot be used, or has the journal of another study.
+    pub fn open(
+        study: Study,
+        directory: &Path,
+        subdirectories: &[Written<'_>],
+        restart: bool,
+    ) -> Result<(Self, Found), JournalFileError> {
+        let occupied = occupy_results(directory, subdirectories)?;
+        let (
+            journal,
+            Earlier {
+                results,
+                torn,
+                discarded,
+            },
+        ) = JournalFile::open(directory, &study, restart)?;
+        let output = Output {
+            directory: directory.to_owned(),
+            journal,
+            _occupied: occupied,
+        };
+        Ok((
+            Self {
+                study,
+                results,
+                output: Some(output),
+            },
+            Found { torn, discarded },
+        ))
+    }
+
+    /// The study.
+    #[must_use]
+    pub fn study(&self) -> &Study {
+        &self.study
+    }
+
+    /// The results so far.
+    #[must_use]
+    pub fn results(&self) -> &[Option<CaseResult>] {
+        &self.results
+    }
+
+    /// The numbers of cases that have a result, and of those that failed.
+    #[must_use]
+    pub fn counts(&self) -> (usize, usize) {
+        let done = self.results.iter().flatten();
+        (
+            done.clone().count(),
+            done.filter(|result| result.is_err()).count(),
+        )
+    }
+
+    /// Its journal, if its results go anywhere.
+    #[must_use]
+    pub fn journal(&self) -> Option<&JournalFile> {
+        self.output.as_ref().map(|output| &output.journal)
+    }
+
+    /// Takes the result of a case, counted from 0, that was simulated elsewhere. A case that has a
+    /// result keeps it.
+    ///
+    /// # Errors
+    /// If it cannot be written to the journal.
+    pub fn take(&mut self, case: usize, result: CaseResult) -> Result<(), RunError> {
+        if self.results[case].is_some() {
+            return Ok(());
+        }
+        let written = self.journal().map_or(ControlFlow::Continue(()), |journal| {
+            journal.append(case, &result)
+        });
+        self.results[case] = Some(result);
+        if written.is_break() {
+            self.settle()
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Waits until the journal is complete on the disk.
+    ///
+    /// # Errors
+    /// If it cannot be.
+    pub fn settle(&mut self) -> Result<(), RunError> {
+        settle(self.output.as_mut(), self.study.case_count())
+    }
+
+    /// Simulates the cases that have no result, of those that are its own, which are counted from
+    /// 0.
+    ///
+    /// # Errors
+    /// If threads cannot be started, or a file cannot be written.
+    pub fn simulate(
+        &mut self,
+        is_own: impl Fn(usize) -> bool,
+        means: &Means<'_>,
+    ) -> Result<(), RunError> {
+        simulate(
+            &self.study,
+            &mut self.results,
+            self.output.as_mut(),
+            means,
+            Sampling::default(),
+            |_, _| {},
+            is_own,
+        )
+    }
+
+    /// Simulates the cases that have no result. With a directory, draws the page and writes the
+    /// files, where it names `document` as what was simulated, and compares it with `measured`
+    /// forces.
+    ///
+    /// # Errors
+    /// If a file cannot be written, or it is asked to stop.
+    pub fn finish(
+        self,
+        name: &str,
+        document: &Document<'_>,
+        measured: &[Measurement],
+        means: &Means<'_>,
+    ) -> Result<Finished, RunError> {
+        let Self {
+            study,
+            mut results,
+            mut output,
+        } = self;
+        let recorder = Recorder::new(&study).until(means.stop);
+        // Courses are for the page in the directory of the results.
+        let sampling = if output.is_some() {
+            recorder.sampling()
+        } else {
+            Sampling::default()
+        };
+        simulate(
+            &study,
+            &mut results,
+            output.as_mut(),
+            means,
+            sampling,
+            |case, pass| recorder.take(case, pass),
+            |_| true,
+        )?;
+        let results: Vec<CaseResult> = results
+            .into_iter()
+            .collect::<Option<_>>()
+            .ok_or(RunError::Stopped)?;
+        let assumptions = Assumptions::of_study(&study, &results, document);
+        let Means {
+            resources,
+            stop,
+            observer,
+        } = means;
+        let answered = |goal| {
+            Answer::of(goal, &study, &results, resources.threads, stop, || {
+                observer.answering()
+            })
+        };
+        let answer = document.goal().map(answered).transpose()?;
+        let (files, comparisons) = match &output {
+            Some(Output { directory, .. }) => {
+                let (origin, answer) = (&Origin::here(), answer.as_ref());
+                let subject = Subject {
+                    name,
+                    origin,
+                    assumptions: &assumptions,
+                    answer,
+                    measured,
+                };
+                publish(
+                    directory,
+                    recorder,
+                    &study,
+                    &results,
+                    &subject,
+                    resources.threads,
+                    stop,
+                )?
+            }
+            None => Default::default(),
+        };
+        Ok(Finished {
+            study,
+            results,
+            assumptions,
+            answer,
+            comparisons,
+            files,
+        })
+    }
+}
+
+/// What a journal was like when it was opened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Found {
+    /// Length in bytes of an incomplete last line, which has been dropped.
+    pub torn: u64,
+    /// Whether a restart has discarded the earlier contents.
+    pub discarded: bool,
+}
+
+/// Simulates those cases without a result that `is_own` names.
+fn simulate(
+    study: &Study,
+    results: &mut [Option<CaseResult>],
+    output: Option<&mut Output>,
+    Means {
+        resources,
+        stop,
+        observer,
+    }: &Means<'_>,
+    sampling: Sampling,
+    on_pass: impl Fn(usize, &Simulation) + Sync,
+    is_own: impl Fn(usize) -> bool,
+) -> Result<(), RunError> {
+    let mut cases = without_result(study, results);
+    cases.retain(|&case| is_own(case));
+    let results = Mutex::new(results);
+    let journal = output.as_ref().map(|output| &output.journal);
+    let done = |case: usize, result: CaseResult| {
+        let flow = journal.map_or(ControlFlow::Continue(()), |journal| {
+            journal.append(case, &result)
+        });
+        if flow.is_continue() {
+            observer.case_done(case, result.is_err());
+        }
+        results
+            .lock()
+            .expect("nothing panics with the results in hand")[case] = Some(result);
+        flow
+    };
+    let simulated = simulate_cases(study, &cases, *resources, stop, sampling, on_pass, done);
+    observer.ended();
+    settle(output, study.case_count())?;
+    Ok(simulated?)
+}
+
+/// Waits until the journal of a study of so many cases is complete on the disk, if there is one.
+fn settle(output: Option<&mut Output>, total: usize) -> Result<(), RunError> {
+    let Some(Output { journal, .. }) = output else {
+        return Ok(());
+    };
+    journal.settle().map_err(|error| RunError::Unfinished {
+        error,
+        done: journal.cases(),
+        total,
+    })
+}
+
+/// The page of results, with the courses that `recorder` has not recorded.
+///
+/// # Errors
+/// If threads cannot be started, or it is asked to stop.
+pub fn page_of(
+    recorder: Recorder<'_>,
+    study: &Study,
+    results: &[CaseResult],
+    Subject {
+        name,
+        assumptions,
+        answer,
+        measured,
+        ..
+    }: &Subject<'_>,
+    threads: Option<NonZeroUsize>,
+    stop: &Stop,
+) -> Result<(String, Vec<Comparison>), RunError> {
+    let courses = recorder.finish(results, threads)?;
+    // A page without some of its courses must not replace another.
+    if stop.is_requested() {
+        return Err(RunError::Stopped);
+    }
+    let comparisons = compare(study, results, measured);
+    Ok((
+        page(
+            name,
+            study,
+            results,
+            &courses,
+            assumptions,
+            &comparisons,
+            *answer,
+        ),
+        comparisons,
+    ))
+}
+
+/// Draws the page of results and writes all files of a study to its directory, which must be
+/// occupied. Returns their paths, and how measured forces compare.
+///
+/// # Errors
+/// If a file cannot be written, or it is asked to stop.
+pub fn publish(
+    directory: &Path,
+    recorder: Recorder<'_>,
+    study: &Study,
+    results: &[CaseResult],
+    subject: &Subject<'_>,
+    threads: Option<NonZeroUsize>,
+    stop: &Stop,
+) -> Result<(Vec<PathBuf>, Vec<Comparison>), RunError> {
+    let (page, comparisons) = page_of(recorder, study, results, subject, threads, stop)?;
+    let total = study.case_count();
+    let unfinished = |error| RunError::Unfinished {
+        error,
+        done: total,
+        total,
+    };
+    let has_measured = !subject.measured.is_empty();
+    #[cfg_attr(
+        not(feature = "parquet"),
+        expect(unused_variables, reason = "the Parquet file alone holds the settings")
+    )]
+    let further = |settings: &str| {
+        let mut staged = Vec::new();
+        #[cfg(feature = "parquet")]
+        {
+            let content = |out: &mut (dyn io::Write + Send)| {
+                write_runs_parquet(out, study, results, settings)
+            };
+            staged.push(StagedFile::write(directory.join(RUNS_PARQUET), content)?);
+        }
+        if has_measured {
+            let text = measured_text(subject.measured, &study.tool_names());
+            staged.push(StagedFile::text(directory, MEASURED, &text)?);
+        }
+        Ok(staged)
+    };
+    let origin = (study, subject.origin);
+    let files = write_study(directory, origin, results, &page, has_measured, further)
+        .map_err(unfinished)?;
+    // Files of an earlier study that this one does not write.
+    let others = [
+        (RUNS_PARQUET, cfg!(feature = "parquet")),
+        (MEASURED, has_measured),
+        (COMPARISON, has_measured),
+    ];
+    for (name, _) in others.into_iter().filter(|(_, is_written)| !is_written) {
+        remove(&directory.join(name)).map_err(unfinished)?;
+    }
+    Ok((files, comparisons))
+}

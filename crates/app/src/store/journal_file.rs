@@ -1,0 +1,356 @@
+//! The journal file of a study: locked, read, appended to, and synced to disk.
+//!
+//! The operating system has the line of a case before the next case of its lane starts, so a killed
+//! program loses only the cases in progress. A separate thread syncs the lines to disk, many at a
+//! time: waiting for the disk after each case would take longer than simulating it.
+
+use std::convert::Infallible;
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufReader, Seek, SeekFrom, Write};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use crate::store::journal::{Contents, Journal, JournalError};
+use bristle_study::grid::{CaseResult, Study};
+use bristle_study::text::shown_path;
+use thiserror::Error;
+use tracing::{debug, warn};
+
+use crate::store::disk::{lock, synced};
+use crate::store::staged::FileError;
+
+/// Name of the file in the results directory.
+pub const JOURNAL: &str = "journal.jsonl";
+
+/// Time between two syncs to disk, long enough not to slow the study. A loss of power can cost the
+/// cases of this time, in addition to those in progress.
+const PAUSE: Duration = Duration::from_millis(100);
+
+const UNBROKEN: &str = "nothing panics while holding the state";
+
+/// Why a command cannot resume from the journal in its directory, or cannot start a new one.
+#[derive(Debug, Error)]
+pub enum JournalFileError {
+    /// Another process has the lock, the journal is another one, or the thread that syncs to disk
+    /// cannot be started, in words.
+    #[error("{0}")]
+    Refused(String),
+    /// The file cannot be opened, read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
+}
+
+fn advice(error: &JournalError) -> &'static str {
+    match error {
+        JournalError::Foreign => "help: move the file away, or choose another directory with --out",
+        _ => {
+            "help: choose another directory with --out to keep these results, \
+             or use --restart to discard them and simulate all cases again"
+        }
+    }
+}
+
+/// The journal of a running study. No other process can open it meanwhile.
+#[derive(Debug)]
+pub struct JournalFile {
+    journal: Journal,
+    shared: Arc<Shared>,
+    /// `None` once the thread has ended.
+    syncing: Option<JoinHandle<()>>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    path: PathBuf,
+    file: File,
+    state: Mutex<Written>,
+    /// Signals that there are lines to sync, or that the journal is closing.
+    changed: Condvar,
+}
+
+#[derive(Debug)]
+struct Written {
+    /// Length of the complete lines in bytes.
+    length: u64,
+    cases: usize,
+    /// Whether lines were appended since the last sync.
+    fresh: bool,
+    closing: bool,
+    /// The first error. Nothing is written after it.
+    error: Option<io::Error>,
+}
+
+/// What the journal held when it was opened.
+#[derive(Debug)]
+pub struct Earlier {
+    /// The result of each case; `None` if the case has yet to be simulated.
+    pub results: Vec<Option<CaseResult>>,
+    /// Length in bytes of an incomplete last line, which has been dropped.
+    pub torn: u64,
+    /// Whether a restart has discarded the earlier contents.
+    pub discarded: bool,
+}
+
+impl JournalFile {
+    /// Opens the journal of `study` in a directory. Starts a new one if there is none, or if
+    /// `restart` is set.
+    ///
+    /// # Errors
+    /// If another process writes there, or the journal is not one of this study or cannot be read
+    /// or written.
+    pub fn open(
+        directory: &Path,
+        study: &Study,
+        restart: bool,
+    ) -> Result<(Self, Earlier), JournalFileError> {
+        let path = directory.join(JOURNAL);
+        let opened = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(&path);
+        let file = opened.map_err(|error| FileError::new("open", &path, error))?;
+        lock(&file, &path, directory)?;
+
+        let journal = Journal::new(study);
+        let nothing = || Contents {
+            results: vec![None; study.case_count()],
+            intact: 0,
+            torn: 0,
+        };
+        let (contents, discarded) = match journal.read(study, BufReader::new(&file)) {
+            Ok(Contents { intact, .. }) if restart => (nothing(), intact > 0),
+            Ok(contents) => (contents, false),
+            Err(JournalError::Unreadable(error)) => {
+                return Err(FileError::new("read", &path, error).into());
+            }
+            // A file that is not a journal belongs to someone else: not even a restart may discard
+            // it.
+            Err(error) if !restart || matches!(error, JournalError::Foreign) => {
+                return Err(JournalFileError::Refused(format!(
+                    "cannot resume from `{}`: {error}\n{}",
+                    shown_path(&path),
+                    advice(&error)
+                )));
+            }
+            Err(_) => (nothing(), true),
+        };
+        let Contents {
+            results,
+            intact,
+            torn,
+        } = contents;
+        let cases = results.iter().flatten().count();
+        if torn > 0 {
+            warn!(path = %shown_path(&path), bytes = torn, "dropped an incomplete line at the end of the journal");
+        }
+        debug!(path = %shown_path(&path), cases, "journal opened");
+
+        let mut state = Written {
+            length: intact,
+            cases,
+            fresh: false,
+            closing: false,
+            error: None,
+        };
+        let begun = if intact > 0 {
+            state.cut(&file)
+        } else {
+            state.begin(&file, journal.header(), directory)
+        };
+        begun.map_err(|error| FileError::new("write", &path, error))?;
+        let shared = Arc::new(Shared {
+            path,
+            file,
+            state: Mutex::new(state),
+            changed: Condvar::new(),
+        });
+        let syncing = {
+            let shared = Arc::clone(&shared);
+            Some(
+                thread::Builder::new()
+                    .spawn(move || shared.sync())
+                    .map_err(|error| {
+                        JournalFileError::Refused(format!("cannot start threads: {error}"))
+                    })?,
+            )
+        };
+        Ok((
+            Self {
+                journal,
+                shared,
+                syncing,
+            },
+            Earlier {
+                results,
+                torn,
+                discarded,
+            },
+        ))
+    }
+
+    /// The results in the journal of `study` in a directory, which is left as it is.
+    ///
+    /// # Errors
+    /// If there is no journal of this study that can be read.
+    pub fn read(
+        directory: &Path,
+        study: &Study,
+    ) -> Result<Vec<Option<CaseResult>>, JournalFileError> {
+        let path = directory.join(JOURNAL);
+        let file = File::open(&path).map_err(|error| FileError::new("open", &path, error))?;
+        match Journal::new(study).read(study, BufReader::new(&file)) {
+            Ok(Contents { results, .. }) => Ok(results),
+            Err(JournalError::Unreadable(error)) => {
+                Err(FileError::new("read", &path, error).into())
+            }
+            Err(error) => Err(JournalFileError::Refused(format!(
+                "`{}` is no shard of this study: {error}\n\
+                 help: state the file and the options of the shards",
+                shown_path(&path)
+            ))),
+        }
+    }
+
+    /// Appends the line of a case, counted from 0. Appends nothing after an error; [`Self::settle`]
+    /// returns that error.
+    pub fn append(&self, case: usize, result: &CaseResult) -> ControlFlow<()> {
+        let line = self.journal.entry(case, result);
+        let mut state = self.shared.state();
+        if state.error.is_none() {
+            let waits = !state.fresh;
+            state.append(&self.shared.file, &line);
+            if waits {
+                self.shared.changed.notify_one();
+            }
+        }
+        if state.error.is_none() {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        }
+    }
+
+    /// Syncs everything to disk. Returns the first error since the journal was opened.
+    ///
+    /// Do not append after this. The lock is kept until the journal is dropped or the process ends.
+    ///
+    /// # Errors
+    /// If a line could not be written or synced.
+    pub fn settle(&mut self) -> Result<(), FileError> {
+        self.shared.state().closing = true;
+        self.shared.changed.notify_one();
+        if let Some(syncing) = self.syncing.take() {
+            syncing
+                .join()
+                .expect("the thread that syncs does not panic");
+        }
+        match self.shared.state().error.take() {
+            None => Ok(()),
+            Some(error) => Err(FileError::new("write", &self.shared.path, error)),
+        }
+    }
+
+    /// The number of cases in the journal.
+    pub fn cases(&self) -> usize {
+        self.shared.state().cases
+    }
+
+    /// A function that waits until the line in progress is complete, then calls `end` with the
+    /// number of cases.
+    ///
+    /// It is meant for a signal that ends the program: `end` does not return, and no further line
+    /// is started.
+    pub fn stopper(
+        &self,
+        end: impl Fn(usize) -> Infallible + Send + 'static,
+    ) -> impl Fn() + Send + 'static {
+        let shared = Arc::clone(&self.shared);
+        move || {
+            let state = shared.state();
+            end(state.cases);
+        }
+    }
+}
+
+impl Shared {
+    fn state(&self) -> MutexGuard<'_, Written> {
+        self.state.lock().expect(UNBROKEN)
+    }
+
+    /// Syncs appended lines to disk until the journal closes.
+    fn sync(&self) {
+        let mut state = self.state();
+        loop {
+            state = self
+                .changed
+                .wait_while(state, |state| !state.fresh && !state.closing)
+                .expect(UNBROKEN);
+            if !state.fresh {
+                return;
+            }
+            state.fresh = false;
+            drop(state);
+            let outcome = synced(self.file.sync_data());
+            state = self.state();
+            if let Err(error) = outcome {
+                state.error.get_or_insert(error);
+            }
+            state = self
+                .changed
+                .wait_timeout_while(state, PAUSE, |state| !state.closing)
+                .expect(UNBROKEN)
+                .0;
+        }
+    }
+}
+
+impl Written {
+    /// Writes the header. The file and its name are on disk before any case is simulated.
+    fn begin(&mut self, mut file: &File, header: &str, directory: &Path) -> io::Result<()> {
+        self.cut(file)?;
+        if let Err(error) = file
+            .write_all(header.as_bytes())
+            .and_then(|()| synced(file.sync_all()))
+        {
+            let _ = self.cut(file);
+            return Err(error);
+        }
+        self.length = header.len() as u64;
+        // Not every system supports this, and those that don't support it don't need it.
+        if let Ok(directory) = File::open(directory) {
+            let _ = directory.sync_all();
+        }
+        Ok(())
+    }
+
+    /// Appends a whole line, or nothing.
+    fn append(&mut self, mut file: &File, line: &str) {
+        match file.write_all(line.as_bytes()) {
+            Ok(()) => {
+                self.length += line.len() as u64;
+                self.cases += 1;
+                self.fresh = true;
+            }
+            Err(error) => {
+                // If this fails too, the incomplete line is dropped when the journal is next read.
+                let _ = self.cut(file);
+                self.error = Some(error);
+            }
+        }
+    }
+
+    /// Truncates the file after the last complete line, and continues there.
+    fn cut(&self, mut file: &File) -> io::Result<()> {
+        file.seek(SeekFrom::Start(self.length))?;
+        if file.metadata()?.len() == self.length {
+            Ok(())
+        } else {
+            file.set_len(self.length)
+        }
+    }
+}

@@ -1,0 +1,318 @@
+//! `study.json` and `case.json`: the settings of saved results.
+
+use std::collections::BTreeMap;
+
+use bristle::equations::FINGERPRINT;
+use bristle::model::parameters::Parameter;
+use bristle::model::settings::Settings;
+use serde::{Deserialize, Serialize};
+
+use crate::store::digest::digest;
+use bristle_study::grid::uncertainty::check;
+use bristle_study::grid::{Study, Sweep, SweepText, ToolText};
+use bristle_study::input::plausibility::unusual_in_study;
+use bristle_study::input::table::{AGAIN, DataError, Source};
+
+/// Versions of the formats of `study.json` and `case.json`.
+const STUDY_FORMAT: u32 = 6;
+const CASE_FORMAT: u32 = 4;
+
+const IN_JSON: &str = "checked settings have a form in JSON";
+const CHANGED: &str = "the file has changed since it was written";
+
+/// The build of Bristle that simulated a study.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// Its version.
+    pub version: String,
+    /// SHA-256 of its equations.
+    pub equations: String,
+}
+
+impl Origin {
+    /// This build.
+    #[must_use]
+    pub fn here() -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            equations: FINGERPRINT.to_owned(),
+        }
+    }
+
+    /// That of results some of which come from one build, and some from another.
+    #[must_use]
+    pub fn and(self, other: &Self) -> Self {
+        let both = |own: String, other: &String| {
+            if own == *other {
+                own
+            } else {
+                format!("{own} and {other}")
+            }
+        };
+        Self {
+            version: both(self.version, &other.version),
+            equations: both(self.equations, &other.equations),
+        }
+    }
+}
+
+/// A study as read from `study.json`.
+#[derive(Clone, Debug)]
+pub struct SavedStudy {
+    /// The grid of settings.
+    pub study: Study,
+    /// The build that simulated it.
+    pub origin: Origin,
+    /// Whether its directory also has measured forces.
+    pub measured: bool,
+    /// SHA-256 of its `runs.csv`.
+    pub(super) runs: String,
+}
+
+/// The text of `study.json`. Unknown keys are ignored on reading.
+#[derive(Serialize, Deserialize)]
+struct StudyFile {
+    format: u32,
+    bristle_version: String,
+    /// [`FINGERPRINT`] of the build.
+    equations_sha256: String,
+    /// Hash of `runs.csv`. That file gets its final name first: after a crash between the two
+    /// renames, the hash does not match.
+    runs_sha256: String,
+    /// Whether `measured.csv` belongs to the results.
+    measured: bool,
+    /// Those of the first tool, if tools are compared.
+    settings: Settings,
+    /// The tools that are compared.
+    tools: Vec<ToolText>,
+    axes: Vec<SweepText>,
+    /// What is unusual about the settings, in sentences.
+    warnings: Vec<String>,
+    /// Hash of all other keys: figures and advice would show results of other settings if one of
+    /// these were changed.
+    own_sha256: String,
+}
+
+impl StudyFile {
+    /// The hash of all keys but `own_sha256`.
+    fn digest(&self) -> String {
+        let Self {
+            format,
+            bristle_version,
+            equations_sha256,
+            runs_sha256,
+            measured,
+            settings,
+            tools,
+            axes,
+            warnings,
+            own_sha256: _,
+        } = self;
+        json_digest(&(
+            format,
+            bristle_version,
+            equations_sha256,
+            runs_sha256,
+            measured,
+            settings,
+            tools,
+            axes,
+            warnings,
+        ))
+    }
+}
+
+/// The SHA-256 of each result file of a contact, by its path relative to the directory of the
+/// results, with `/`.
+pub type FileHashes = BTreeMap<String, String>;
+
+/// One contact as read from `case.json`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SavedCase {
+    /// Its settings.
+    pub settings: Settings,
+    /// Its other files.
+    files: FileHashes,
+}
+
+impl SavedCase {
+    /// Paths of the other files, relative to the directory of the results. They are those that the
+    /// file states, whatever they lead to.
+    pub fn files(&self) -> impl Iterator<Item = &str> {
+        self.files.keys().map(String::as_str)
+    }
+
+    /// Checks that the `text` of a file belongs to this contact. Errors use `name` for the file.
+    ///
+    /// # Errors
+    /// If it comes from another run, or has been changed.
+    pub fn check(&self, file: &str, text: &str, name: &str) -> Result<(), DataError> {
+        if self
+            .files
+            .get(file)
+            .is_some_and(|hash| *hash == digest(text.as_bytes()))
+        {
+            Ok(())
+        } else {
+            Err(Source { name, text }.error(
+                1,
+                None,
+                "case.json does not belong to these results",
+                AGAIN,
+            ))
+        }
+    }
+}
+
+/// The text of `case.json`. Unknown keys are ignored on reading.
+#[derive(Serialize, Deserialize)]
+struct CaseFile {
+    format: u32,
+    bristle_version: String,
+    settings: Settings,
+    /// Hashes of the other files. After a crash between two renames, one of them does not match.
+    sha256: FileHashes,
+    /// Hash of all other keys.
+    own_sha256: String,
+}
+
+impl CaseFile {
+    /// The hash of all keys but `own_sha256`.
+    fn digest(&self) -> String {
+        let Self {
+            format,
+            bristle_version,
+            settings,
+            sha256,
+            own_sha256: _,
+        } = self;
+        json_digest(&(format, bristle_version, settings, sha256))
+    }
+}
+
+/// [`study_text_from`] this build.
+#[must_use]
+pub fn study_text(study: &Study, runs: &[u8], measured: bool) -> String {
+    study_text_from(study, &Origin::here(), runs, measured)
+}
+
+/// The text of `study.json` for a `runs.csv` with the text `runs` from the build `origin`.
+/// `measured` states whether measured forces belong to the results.
+#[must_use]
+pub fn study_text_from(study: &Study, origin: &Origin, runs: &[u8], measured: bool) -> String {
+    let mut file = StudyFile {
+        format: STUDY_FORMAT,
+        bristle_version: origin.version.clone(),
+        equations_sha256: origin.equations.clone(),
+        runs_sha256: digest(runs),
+        measured,
+        settings: study.base().clone(),
+        tools: study.tool_texts(),
+        axes: study.sweep_texts(),
+        warnings: unusual_in_study(study)
+            .into_iter()
+            .map(|unusual| unusual.statement)
+            .collect(),
+        own_sha256: String::new(),
+    };
+    file.own_sha256 = file.digest();
+    pretty(&file)
+}
+
+/// The text of `case.json` for a contact with these result `files`.
+#[must_use]
+pub fn case_text(settings: &Settings, files: &FileHashes) -> String {
+    let bristle_version = env!("CARGO_PKG_VERSION").to_owned();
+    let (settings, sha256) = (settings.clone(), files.clone());
+    let mut file = CaseFile {
+        format: CASE_FORMAT,
+        bristle_version,
+        settings,
+        sha256,
+        own_sha256: String::new(),
+    };
+    file.own_sha256 = file.digest();
+    pretty(&file)
+}
+
+fn pretty(value: &impl Serialize) -> String {
+    serde_json::to_string_pretty(value).expect(IN_JSON) + "\n"
+}
+
+/// The SHA-256 of a value as JSON.
+fn json_digest(value: &impl Serialize) -> String {
+    digest(serde_json::to_string(value).expect(IN_JSON).as_bytes())
+}
+
+/// Reads `study.json`. Errors use `name` for the file.
+///
+/// # Errors
+/// If the text is not what [`study_text`] writes, or states settings that a study cannot have.
+pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
+    let source = Source { name, text };
+    let file: StudyFile = source.object(STUDY_FORMAT)?;
+    let digest = file.digest();
+    let mut sweeps = Vec::new();
+    for SweepText { setting, values } in file.axes {
+        let place = || {
+            text.lines()
+                .position(|line| line.contains(&setting))
+                .map_or(1, |line| line as u64 + 1)
+        };
+        let parameter = Parameter::find(&setting).ok_or_else(|| {
+            source.error(
+                place(),
+                None,
+                format!("there is no setting `{setting}`"),
+                AGAIN,
+            )
+        })?;
+        sweeps.push(Sweep::list(parameter, values).map_err(|error| {
+            source.error(place(), None, format!("`{setting}`: {error}"), AGAIN)
+        })?);
+    }
+    let tools = file
+        .tools
+        .into_iter()
+        .map(ToolText::tool)
+        .collect::<Result<Vec<_>, _>>();
+    let tools = tools
+        .map_err(|path| source.error(1, None, format!("there is no setting `{path}`"), AGAIN))?;
+    let study = if tools.is_empty() {
+        Study::new(file.settings, sweeps)
+    } else {
+        Study::of_tools(tools, sweeps)
+    };
+    let study = study.map_err(|error| source.error(1, None, error.to_string(), AGAIN))?;
+    // Checked last, because all checks above can state where the text is wrong.
+    if digest != file.own_sha256 {
+        return Err(source.error(1, None, CHANGED, AGAIN));
+    }
+    Ok(SavedStudy {
+        study,
+        origin: Origin {
+            version: file.bristle_version,
+            equations: file.equations_sha256,
+        },
+        measured: file.measured,
+        runs: file.runs_sha256,
+    })
+}
+
+/// Reads `case.json`. Errors use `name` for the file.
+///
+/// # Errors
+/// If the text is not what [`case_text`] writes, or states settings that a simulation cannot have.
+pub fn read_case(text: &str, name: &str) -> Result<SavedCase, DataError> {
+    let source = Source { name, text };
+    let file: CaseFile = source.object(CASE_FORMAT)?;
+    check(&file.settings)
+        .map_err(|violation| source.error(1, None, violation.to_string(), AGAIN))?;
+    if file.digest() != file.own_sha256 {
+        return Err(source.error(1, None, CHANGED, AGAIN));
+    }
+    Ok(SavedCase {
+        settings: file.settings,
+        files: file.sha256,
+    })
+}

@@ -1,0 +1,615 @@
+//! Writes and reads `runs.csv` of a study, and `metrics.json`, `history.csv`, `profile.csv` and
+//! `shapes.csv` of one simulation.
+//!
+//! Numbers are written as text with the fewest digits that read back as the same `f64`.
+
+use std::io::{self, Write};
+
+use bristle::model::metrics::Metrics;
+use bristle::model::parameters::Parameter;
+use bristle::model::record::{Column, Record};
+use bristle::model::settings::Settings;
+use bristle::simulation::Statistics;
+use bristle::simulation::{AtPlace, ProfileCell, Sample, Shape, Simulation};
+use bristle::tool::Place;
+use bristle_study::text::shortened;
+use serde::ser::Error;
+use serde::{Deserialize, Serialize, Serializer};
+
+use super::saved::SavedStudy;
+use crate::store::digest::digest;
+use bristle_study::grid::brush::{Having, metric_columns};
+use bristle_study::grid::removal::{Removal, RemovalRow, SimulatedEdge};
+use bristle_study::grid::uncertainty::ForceScatter;
+use bristle_study::grid::{
+    CaseResult, CaseSummary, DEPTH, Interaction, SPEED, Setting, Study, Sweep, VELOCITY,
+};
+use bristle_study::input::table::{AGAIN, DataError, Source, Table};
+
+/// Settings that are in `runs.csv` whether swept or not, and the names of their columns.
+pub const FIXED_COLUMNS: [(&str, &str); 4] = [
+    ("brushing_velocity_m_s", VELOCITY),
+    ("penetration_depth_m", DEPTH),
+    ("segments", "filament.segments"),
+    ("rotational_speed_rpm", SPEED),
+];
+
+/// The key of the contact normal impulses of all turns. In a table they are one text, with spaces
+/// between them.
+const TURN_IMPULSES: &str = "turn_contact_normal_impulses_n_s";
+
+/// The key of the largest change of a headline metric when the case was repeated more precisely.
+const CHANGE: &str = "change_when_checked";
+
+/// Status of a case that did not fail.
+pub const OK: &str = "ok";
+
+/// A cell of a table: the type of its column, and its value, if any.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cell {
+    /// A real number.
+    Real(Option<f64>),
+    /// A count.
+    Count(Option<usize>),
+    /// Text.
+    Text(String),
+}
+
+impl Cell {
+    fn setting(setting: &Setting, value: f64) -> Self {
+        match setting {
+            Setting::Number(parameter) if parameter.range.whole => {
+                Self::Count(Some(value as usize))
+            }
+            Setting::Number(_) => Self::Real(Some(value)),
+            Setting::Tool(_) => Self::Text(setting.text(value)),
+        }
+    }
+
+    /// The cell in a CSV file.
+    pub(super) fn into_text(self) -> String {
+        match self {
+            Self::Real(value) => value.map_or_else(String::new, |value| format!("{value:?}")),
+            Self::Count(value) => value.map_or_else(String::new, |value| value.to_string()),
+            Self::Text(text) => text,
+        }
+    }
+}
+
+/// The keys of a record's columns.
+#[must_use]
+pub fn keys<R: Record>() -> Vec<&'static str> {
+    keys_of(R::COLUMNS.iter())
+}
+
+pub(super) fn keys_of<R: 'static>(
+    columns: impl Iterator<Item = &'static Column<R>>,
+) -> Vec<&'static str> {
+    columns.map(|column| column.key).collect()
+}
+
+/// The cells of a record; empty cells if there is none.
+#[must_use]
+pub fn cells<R: Record>(record: Option<&R>) -> Vec<Cell> {
+    cells_of(R::COLUMNS.iter(), record)
+}
+
+/// The cells of some columns of a record; empty cells if there is none.
+pub(super) fn cells_of<R: 'static>(
+    columns: impl Iterator<Item = &'static Column<R>>,
+    record: Option<&R>,
+) -> Vec<Cell> {
+    let cell = |column: &Column<R>| {
+        let value = record.map(|record| column.get(record));
+        if column.whole {
+            Cell::Count(value.map(|count| count as usize))
+        } else {
+            Cell::Real(value)
+        }
+    };
+    columns.map(cell).collect()
+}
+
+/// Writes `runs.csv`: a heading, then one row per case in the order of the grid.
+///
+/// A case that failed has empty metrics and statistics, and the error's text as its status. If
+/// filaments scatter in some case, the distribution of the tool force comes between the metrics and
+/// the statistics, and so does what interaction changes if the cases are brushes. If some case has
+/// several turns, the impulses of all turns come before the status, and so does what a check
+/// changed if some case was checked.
+pub fn write_runs(out: impl Write, study: &Study, results: &[CaseResult]) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(out);
+    writer.write_record(run_columns(study, results))?;
+    for row in run_rows(study, results) {
+        writer.write_record(row.into_iter().map(Cell::into_text))?;
+    }
+    writer.flush()
+}
+
+/// The settings that are columns of a study's table: first the fixed columns, then the other axes.
+fn setting_columns(study: &Study) -> Vec<(&'static str, Setting)> {
+    // A depth that is found is a result.
+    let is_setting = |path: &str| path != DEPTH || !study.is_pressed_on();
+    let fixed = FIXED_COLUMNS.iter().filter(|(_, path)| is_setting(path));
+    let fixed =
+        fixed.filter_map(|(name, path)| Some((*name, Setting::Number(Parameter::find(path)?))));
+    let is_further = |sweep: &&Sweep| FIXED_COLUMNS.iter().all(|(_, path)| *path != sweep.path());
+    let further = study.sweeps().iter().filter(is_further);
+    fixed
+        .chain(further.map(|sweep| (sweep.path(), sweep.setting().clone())))
+        .collect()
+}
+
+/// Names of the columns of a study's table.
+#[must_use]
+pub fn run_columns(study: &Study, results: &[CaseResult]) -> Vec<&'static str> {
+    let names = setting_columns(study).into_iter().map(|(name, _)| name);
+    let scatter = study.scatters().then(keys::<ForceScatter>);
+    let brush = study.has_brush().then(keys::<Interaction>);
+    let figures = [
+        keys_of(metric_columns(Having::of_study(study))),
+        scatter.unwrap_or_default(),
+        brush.unwrap_or_default(),
+        keys::<Statistics>(),
+    ]
+    .into_iter()
+    .flatten();
+    let turns = study.takes_turns().then_some(TURN_IMPULSES);
+    names
+        .chain(figures)
+        .chain(turns)
+        .chain(are_checked(results).then_some(CHANGE))
+        .chain(["status"])
+        .collect()
+}
+
+fn are_checked(results: &[CaseResult]) -> bool {
+    results
+        .iter()
+        .flatten()
+        .any(|summary| summary.change_when_checked.is_some())
+}
+
+/// The rows of a study's table, for the columns [`run_columns`].
+pub fn run_rows(study: &Study, results: &[CaseResult]) -> impl Iterator<Item = Vec<Cell>> {
+    let columns = setting_columns(study);
+    let (scatters, has_brush, takes_turns) =
+        (study.scatters(), study.has_brush(), study.takes_turns());
+    let having = Having::of_study(study);
+    let are_checked = are_checked(results);
+    results.iter().enumerate().map(move |(case, result)| {
+        let mut row: Vec<Cell> = columns
+            .iter()
+            .map(|(_, setting)| Cell::setting(setting, study.value(setting, case)))
+            .collect();
+        let summary = result.as_ref().ok();
+        row.extend(cells_of(
+            metric_columns(having),
+            summary.map(|summary| &summary.metrics),
+        ));
+        if scatters {
+            row.extend(cells::<ForceScatter>(
+                summary.and_then(|summary| summary.scatter.as_ref()),
+            ));
+        }
+        if has_brush {
+            row.extend(cells::<Interaction>(
+                summary.and_then(|summary| summary.brush.as_ref()),
+            ));
+        }
+        row.extend(cells::<Statistics>(
+            summary.map(|summary| &summary.statistics),
+        ));
+        if takes_turns {
+            let impulses =
+                summary.map_or(&[][..], |summary| &summary.turn_contact_normal_impulses_n_s);
+            let impulses: Vec<String> = impulses
+                .iter()
+                .map(|impulse| format!("{impulse:?}"))
+                .collect();
+            row.push(Cell::Text(impulses.join(" ")));
+        }
+        if are_checked {
+            row.push(Cell::Real(
+                summary.and_then(|summary| summary.change_when_checked),
+            ));
+        }
+        row.push(Cell::Text(
+            result.as_ref().err().map_or(OK, String::as_str).to_owned(),
+        ));
+        row
+    })
+}
+
+/// The metrics that results have, with the types of their fields.
+pub(super) struct Known<'a>(pub &'a Metrics, pub Having);
+
+impl Serialize for Known<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self(metrics, having) = *self;
+        let all = serde_json::to_value(metrics).map_err(S::Error::custom)?;
+        serializer.collect_map(metric_columns(having).map(|column| (column.key, &all[column.key])))
+    }
+}
+
+/// Writes `metrics.json`: one flat object, the speeds and the metrics first, then the solver's
+/// statistics, then the impulses of all turns.
+pub fn write_metrics(
+    mut out: impl Write,
+    settings: &Settings,
+    simulation: &Simulation,
+) -> io::Result<()> {
+    #[derive(Serialize)]
+    struct Flat<'a> {
+        brushing_velocity_m_s: f64,
+        rotational_speed_rpm: f64,
+        #[serde(flatten)]
+        metrics: Known<'a>,
+        #[serde(flatten)]
+        statistics: &'a Statistics,
+        turn_contact_normal_impulses_n_s: &'a [f64],
+    }
+    let Simulation {
+        metrics,
+        statistics,
+        turn_contact_normal_impulses_n_s,
+        ..
+    } = simulation;
+    let flat = Flat {
+        brushing_velocity_m_s: settings.process.brushing_velocity_m_s,
+        rotational_speed_rpm: settings.rotational_speed_rpm(),
+        metrics: Known(
+            metrics,
+            Having {
+                brush: false,
+                force: true,
+                edge: true,
+                ..Having::of(settings)
+            },
+        ),
+        statistics,
+        turn_contact_normal_impulses_n_s,
+    };
+    serde_json::to_writer_pretty(&mut out, &flat)?;
+    out.write_all(b"\n")
+}
+
+/// Reads the contact normal impulses of all turns in N s from `metrics.json`. Errors use `name` for
+/// the file.
+///
+/// # Errors
+/// If the text is not what [`write_metrics`] writes.
+pub fn read_turn_impulses(text: &str, name: &str) -> Result<Vec<f64>, DataError> {
+    #[derive(Deserialize)]
+    struct Turns {
+        turn_contact_normal_impulses_n_s: Vec<f64>,
+    }
+    let source = Source { name, text };
+    let Turns {
+        turn_contact_normal_impulses_n_s,
+    } = serde_json::from_str(text).map_err(|error| source.json(&error))?;
+    Ok(turn_contact_normal_impulses_n_s)
+}
+
+/// The change of a case that was checked.
+fn read_change(
+    table: &Table<'_>,
+    row: &csv::StringRecord,
+    column: usize,
+) -> Result<Option<f64>, DataError> {
+    match row.get(column).unwrap_or_default() {
+        "" => Ok(None),
+        text => match text.parse() {
+            Ok(change) if (0.0..=2.0).contains(&change) => Ok(Some(change)),
+            _ => Err(table.wrong(
+                row,
+                column,
+                format!("`{}` is no relative change", shortened(text)),
+            )),
+        },
+    }
+}
+
+/// The impulses of `count` turns from the text of their cell.
+fn read_turns(text: &str, count: usize) -> Option<Vec<f64>> {
+    let impulse = |text: &str| {
+        text.parse()
+            .ok()
+            .filter(|impulse: &f64| impulse.is_finite())
+    };
+    let impulses = text.split(' ').map(impulse).collect::<Option<Vec<f64>>>()?;
+    (impulses.len() == count).then_some(impulses)
+}
+
+/// Writes `history.csv`: a heading, then one row per sample.
+pub fn write_history(out: impl Write, history: &[Sample]) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(out);
+    for sample in history {
+        writer.serialize(sample)?;
+    }
+    writer.flush()
+}
+
+bristle::record! {
+    /// One row of `shapes.csv`: a node of the filament at one time.
+    #[derive(Clone, Debug, Default, PartialEq)]
+    struct ShapeNode {
+        time_s: f64 = ["t", "s", "time", "zero at the start of the pass"],
+        node: usize = ["", "", "node", "from 0 at the root to the tip"],
+        x_m: f64 = ["x", "m", "position along x", ""],
+        y_m: f64 = ["y", "m", "position along y", ""],
+        z_m: f64 = ["z", "m", "position along z", ""],
+    }
+}
+
+/// Writes `profile.csv`: a heading, then one row per cell.
+pub fn write_profile(out: impl Write, profile: &[ProfileCell]) -> io::Result<()> {
+    write_records(out, profile)
+}
+
+bristle::record! {
+    /// The first columns of `positions.csv`.
+    #[derive(Clone, Debug, Default, PartialEq)]
+    struct OnTrim {
+        position_m: f64 = ["s", "m", "place along the trim", "zero in its middle"],
+        weight: f64 = ["", "", "weight", "the share of the tool's filaments for which this one stands"],
+    }
+}
+
+/// Writes `positions.csv`: a heading, then one row per filament along the trim, with its metrics as
+/// if all were like it.
+pub fn write_positions(out: impl Write, positions: &[AtPlace]) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(out);
+    writer.write_record([keys::<OnTrim>(), keys::<Metrics>()].concat())?;
+    for AtPlace {
+        place: Place { s, weight },
+        metrics,
+    } in positions
+    {
+        let place = cells(Some(&OnTrim {
+            position_m: *s,
+            weight: *weight,
+        }));
+        writer.write_record(
+            place
+                .into_iter()
+                .chain(cells(Some(metrics)))
+                .map(Cell::into_text),
+        )?;
+    }
+    writer.flush()
+}
+
+/// Writes `shapes.csv`: a heading, then one row per node of each shape.
+pub fn write_shapes(out: impl Write, shapes: &[Shape]) -> io::Result<()> {
+    let rows = shapes.iter().flat_map(|shape| {
+        let row = |(node, &[x_m, y_m, z_m]): (usize, &[f64; 3])| ShapeNode {
+            time_s: shape.time_s,
+            node,
+            x_m,
+            y_m,
+            z_m,
+        };
+        shape.nodes_m.iter().enumerate().map(row)
+    });
+    write_records(out, &rows.collect::<Vec<_>>())
+}
+
+/// Writes a heading, then one row per record.
+fn write_records<R: Record>(out: impl Write, records: &[R]) -> io::Result<()> {
+    write_columns(out, R::COLUMNS.iter(), records)
+}
+
+/// [`write_records`] with some columns.
+pub(super) fn write_columns<R: 'static>(
+    out: impl Write,
+    columns: impl Iterator<Item = &'static Column<R>> + Clone,
+    records: &[R],
+) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(out);
+    writer.write_record(keys_of(columns.clone()))?;
+    for record in records {
+        writer.write_record(
+            cells_of(columns.clone(), Some(record))
+                .into_iter()
+                .map(Cell::into_text),
+        )?;
+    }
+    writer.flush()
+}
+
+/// Columns of a removal that are those of the second edge of a chamfer.
+const OF_SECOND_EDGE: [&str; 2] = ["second_edge_radius_m", "second_edge_sliding_work_j"];
+/// Columns of the band where tools are sampled.
+const OF_BAND: [&str; 2] = ["edge_radius_lower_95_m", "edge_radius_upper_95_m"];
+
+/// The keys of columns that a removal does not have: those of a second edge, or of a band.
+pub fn absent_from(removal: &Removal) -> impl Iterator<Item = &'static str> + Clone {
+    let (chamfer, band) = (removal.angles_rad.len() > 1, removal.has_band);
+    let second = OF_SECOND_EDGE.into_iter().filter(move |_| !chamfer);
+    second.chain(OF_BAND.into_iter().filter(move |_| !band))
+}
+
+/// The columns of a record that a removal has.
+fn of_removal<R: Record>(removal: &Removal) -> impl Iterator<Item = &'static Column<R>> + Clone {
+    let absent = absent_from(removal);
+    R::COLUMNS
+        .iter()
+        .filter(move |column| !absent.clone().any(|key| key == column.key))
+}
+
+/// Writes `removal.csv`: a heading, then one row per time, without the columns of edges and bands
+/// that the removal does not have.
+pub fn write_removal_rows(out: impl Write, removal: &Removal) -> io::Result<()> {
+    write_columns::<RemovalRow>(out, of_removal(removal), &removal.rows)
+}
+
+/// Writes `edge_work.csv`: a heading, then one row per simulated radius and length.
+pub fn write_edge_work(out: impl Write, removal: &Removal) -> io::Result<()> {
+    write_columns::<SimulatedEdge>(out, of_removal(removal), &removal.simulated)
+}
+
+/// Reads `runs.csv` of a study, in the order of the grid. Errors use `name` for the file.
+///
+/// # Errors
+/// If the text is not what [`write_runs`](crate::store::results::write_runs) wrote for this study.
+pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseResult>, DataError> {
+    let study = &saved.study;
+    let source = Source { name, text };
+    let table = source.table(AGAIN)?;
+    let mut settings = Vec::new();
+    for (position, sweep) in study.sweeps().iter().enumerate() {
+        let path = sweep.path();
+        let fixed = FIXED_COLUMNS.iter().find(|(_, of)| *of == path);
+        settings.push((
+            position,
+            sweep.setting(),
+            table.column(fixed.map_or(path, |(name, _)| name))?,
+        ));
+    }
+    let having = Having::of_study(study);
+    let of_metrics = || metric_columns(having);
+    let metrics = table.columns(&keys_of(of_metrics()))?;
+    let scatter = study
+        .scatters()
+        .then(|| table.columns(&keys::<ForceScatter>()))
+        .transpose()?;
+    let brush = study
+        .has_brush()
+        .then(|| table.columns(&keys::<Interaction>()))
+        .transpose()?;
+    let statistics = table.columns(&keys::<Statistics>())?;
+    let turns = study
+        .takes_turns()
+        .then(|| table.column(TURN_IMPULSES))
+        .transpose()?;
+    let is_checked = table.headings().iter().any(|heading| heading == CHANGE);
+    let change = is_checked.then(|| table.column(CHANGE)).transpose()?;
+    let status = table.column("status")?;
+    if table.rows().len() != study.case_count() {
+        let problem = format!(
+            "{} rows, but study.json has {} cases",
+            table.rows().len(),
+            study.case_count()
+        );
+        return Err(source.error(1, None, problem, AGAIN));
+    }
+    let mut results = Vec::with_capacity(table.rows().len());
+    for (case, row) in table.rows().iter().enumerate() {
+        let values: Vec<f64> = study.values(case).collect();
+        for &(position, setting, column) in &settings {
+            let expected = Cell::setting(setting, values[position]).into_text();
+            if row.get(column) != Some(expected.as_str()) {
+                let found = row.get(column).unwrap_or_default();
+                return Err(table.wrong(
+                    row,
+                    column,
+                    format!("`{}`, but study.json has {expected}", shortened(found)),
+                ));
+            }
+        }
+        results.push(match row.get(status) {
+            Some(OK) => {
+                let mut metrics: Metrics = table.read_columns(row, &metrics, of_metrics())?;
+                if !having.force {
+                    metrics.penetration_depth_m = study.settings(case).process.penetration_depth_m;
+                }
+                Ok(CaseSummary {
+                    turn_contact_normal_impulses_n_s: match turns {
+                        Some(column) => {
+                            read_turns(row.get(column).unwrap_or_default(), metrics.turns)
+                                .ok_or_else(|| {
+                                    table.wrong(
+                                        row,
+                                        column,
+                                        format!("not {} numbers", metrics.turns),
+                                    )
+                                })?
+                        }
+                        None => vec![metrics.contact_normal_impulse_n_s],
+                    },
+                    metrics,
+                    statistics: table.read::<Statistics>(row, &statistics)?,
+                    scatter: match &scatter {
+                        Some(columns) if row.get(columns[0]) != Some("") => {
+                            Some(table.read::<ForceScatter>(row, columns)?)
+                        }
+                        _ => None,
+                    },
+                    brush: brush
+                        .as_ref()
+                        .map(|columns| table.read::<Interaction>(row, columns))
+                        .transpose()?,
+                    change_when_checked: change
+                        .map_or(Ok(None), |column| read_change(&table, row, column))?,
+                })
+            }
+            message => Err(message.unwrap_or_default().to_owned()),
+        });
+    }
+    // The hash is checked last, because all checks above can state where the text is wrong.
+    if digest(text.as_bytes()) != saved.runs {
+        return Err(source.error(
+            1,
+            None,
+            "study.json does not belong to these results",
+            AGAIN,
+        ));
+    }
+    Ok(results)
+}
+
+/// Reads `history.csv`. Errors use `name` for the file.
+///
+/// # Errors
+/// If the text is not what [`write_history`](crate::store::results::write_history) writes.
+pub fn read_history(text: &str, name: &str) -> Result<Vec<Sample>, DataError> {
+    read_records(text, name)
+}
+
+/// Reads `profile.csv`. Errors use `name` for the file.
+///
+/// # Errors
+/// If the text is not what [`write_profile`](crate::store::results::write_profile) writes.
+pub fn read_profile(text: &str, name: &str) -> Result<Vec<ProfileCell>, DataError> {
+    read_records(text, name)
+}
+
+/// Reads `shapes.csv`, with positions only. Errors use `name` for the file.
+///
+/// # Errors
+/// If the text is not what [`write_shapes`](crate::store::results::write_shapes) writes.
+pub fn read_shapes(text: &str, name: &str) -> Result<Vec<Shape>, DataError> {
+    let rows: Vec<ShapeNode> = read_records(text, name)?;
+    let shapes = rows.chunk_by(|_, next| next.node > 0).map(|nodes| Shape {
+        time_s: nodes[0].time_s,
+        nodes_m: nodes
+            .iter()
+            .map(|node| [node.x_m, node.y_m, node.z_m])
+            .collect(),
+        velocities_m_s: Vec::new(),
+        forces: Vec::new(),
+    });
+    Ok(shapes.collect())
+}
+
+/// Reads the records that [`write_records`] wrote.
+fn read_records<R: Record>(text: &str, name: &str) -> Result<Vec<R>, DataError> {
+    read_rows(text, name, R::COLUMNS)
+}
+
+/// [`read_records`] with some columns.
+pub(super) fn read_rows<R: Default>(
+    text: &str,
+    name: &str,
+    columns: &'static [Column<R>],
+) -> Result<Vec<R>, DataError> {
+    let source = Source { name, text };
+    let table = source.table(AGAIN)?;
+    let positions = table.columns(&keys_of(columns.iter()))?;
+    table
+        .rows()
+        .iter()
+        .map(|row| table.read_columns(row, &positions, columns.iter()))
+        .collect()
+}

@@ -1,0 +1,257 @@
+//! The forces of a problem's tools, simulated side by side.
+
+use std::io;
+use std::ops::ControlFlow;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::grid::removal::RemovalError;
+use crate::grid::{CaseResult, Resources, Study, simulate_cases};
+use bristle::model::settings::{Settings, UncertaintySettings};
+use bristle::simulation::{Sampling, Stop};
+use thiserror::Error;
+
+use crate::calibrate::problem::{Forces, Problem, ToolPlace, forces_of};
+
+/// Why a calibration has no result.
+#[derive(Debug, Error)]
+pub enum Interrupted {
+    /// It was asked to stop.
+    #[error("the calibration was stopped")]
+    Stopped,
+    /// The forces or radii cannot be simulated, or not be kept, in words.
+    #[error("{0}")]
+    Failed(String),
+}
+
+impl From<io::Error> for Interrupted {
+    fn from(error: io::Error) -> Self {
+        Self::Failed(format!("cannot start threads: {error}"))
+    }
+}
+
+impl From<RemovalError> for Interrupted {
+    fn from(error: RemovalError) -> Self {
+        match error {
+            RemovalError::Stopped => Self::Stopped,
+            RemovalError::Failed(words) => Self::Failed(words),
+        }
+    }
+}
+
+/// Watches a calibration, and keeps what it has simulated, from any thread.
+pub trait Observer: Sync {
+    /// This share of the work is done.
+    fn done(&self, _share: f64) {}
+
+    /// The forces of an earlier simulation of a brush.
+    fn recall(&self, _settings: &Settings) -> Option<Forces> {
+        None
+    }
+
+    /// Keeps the forces of a brush; breaks if it cannot.
+    fn keep(&self, _settings: &Settings, _forces: &Forces) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+/// Watches nothing and keeps nothing.
+pub struct Unwatched;
+
+impl Observer for Unwatched {}
+
+/// What a calibration may use, who can stop it, and who watches it.
+#[derive(Clone, Copy)]
+pub struct Means<'a> {
+    /// Threads and memory.
+    pub resources: Resources,
+    /// Ends it at the next step of each simulation.
+    pub stop: &'a Stop,
+    /// Watches it.
+    pub observer: &'a dyn Observer,
+    /// The number of starts besides the stated values, [`STARTS`](crate::calibrate::STARTS) unless these are
+    /// known to be near the minimum.
+    pub starts: usize,
+}
+
+/// How precisely a stage simulates, and how its derivatives are taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Precision {
+    /// Relative tolerance of passes.
+    pub tolerance: f64,
+    /// Step of differences in a coordinate.
+    pub step: f64,
+    /// Whether differences are central, or of one step forwards.
+    pub central: bool,
+    /// The largest number of segments.
+    pub segments: usize,
+    /// Whether filaments that touch do so here.
+    pub interacts: bool,
+    /// Relative change of the sum of squares at which a descent has arrived.
+    pub arrival: f64,
+}
+
+/// Simulates the tools of a problem.
+pub struct Simulator<'a> {
+    pub problem: &'a Problem,
+    pub means: Means<'a>,
+    /// The number of brushes that were simulated.
+    brushes: AtomicUsize,
+    /// Why a brush could not be, if one could not.
+    failure: Mutex<Option<String>>,
+}
+
+impl<'a> Simulator<'a> {
+    pub fn new(problem: &'a Problem, means: Means<'a>) -> Self {
+        Self {
+            problem,
+            means,
+            brushes: AtomicUsize::new(0),
+            failure: Mutex::new(None),
+        }
+    }
+
+    /// The error about a brush that could not be simulated.
+    pub fn failure(&self) -> Interrupted {
+        let failure = self.failure.lock().expect(UNBROKEN).take();
+        let failure = failure.as_deref();
+        let why = failure.unwrap_or("its settings contradict each other");
+        Interrupted::Failed(format!("a brush cannot be simulated: {why}"))
+    }
+
+    /// Counts a brush, and tells the share of the work if it is about that of brushes.
+    fn count(&self) {
+        /// Descents with interaction that are expected.
+        const DESCENTS: usize = 3;
+        let done = 1 + self.brushes.fetch_add(1, Ordering::Relaxed);
+        let settings = self.problem.fitted.len();
+        let expected =
+            self.problem.points.len() * (2 + DESCENTS * (1 + 2 * settings) + 4 * settings);
+        self.means
+            .observer
+            .done((done as f64 / expected as f64).min(0.95));
+    }
+
+    /// Tells the share of the work that is done, where it is that of filaments alone.
+    pub fn tell(&self, share: f64) {
+        if !self.problem.has_brush() && self.problem.radii.is_none() {
+            self.means.observer.done(share);
+        }
+    }
+
+    /// The forces at `places`, each with its values of the fitted settings; `None` where there is
+    /// no simulation.
+    pub fn forces(
+        &self,
+        places: &[(ToolPlace, Vec<f64>)],
+        precision: Precision,
+    ) -> Result<Vec<Option<Forces>>, Interrupted> {
+        let Means {
+            resources,
+            stop,
+            observer,
+            ..
+        } = self.means;
+        let mut forces: Vec<Option<Forces>> = vec![None; places.len()];
+        let (mut positions, mut cases) = (Vec::new(), Vec::new());
+        for (position, (place, values)) in places.iter().enumerate() {
+            let Ok(settings) = self.problem.settings(place, values) else {
+                continue;
+            };
+            let settings = at(settings, precision);
+            match settings
+                .brush
+                .as_ref()
+                .and_then(|_| observer.recall(&settings))
+            {
+                Some(known) => {
+                    forces[position] = Some(known);
+                    self.count();
+                }
+                None => {
+                    positions.push(position);
+                    cases.push(settings);
+                }
+            }
+        }
+        // Brushes are simulated one by one, and all cases of a study are brushes or none is.
+        let (brushes, alone): (Vec<usize>, Vec<usize>) =
+            (0..cases.len()).partition(|&case| cases[case].brush.is_some());
+        let found = Mutex::new(vec![None; cases.len()]);
+        let mut is_kept = true;
+        for own in [brushes, alone].into_iter().filter(|own| !own.is_empty()) {
+            let study = Study::of_cases(own.iter().map(|&case| cases[case].clone()).collect());
+            let flow = Mutex::new(ControlFlow::Continue(()));
+            let done = |number: usize, result: CaseResult| {
+                let case = own[number];
+                let forces = result
+                    .as_ref()
+                    .ok()
+                    .map(|summary| forces_of(&summary.metrics));
+                found.lock().expect(UNBROKEN)[case] = forces;
+                if cases[case].brush.is_none() {
+                    return ControlFlow::Continue(());
+                }
+                if let Err(error) = result {
+                    *self.failure.lock().expect(UNBROKEN) = Some(error);
+                }
+                let kept = forces.map_or(ControlFlow::Continue(()), |forces| {
+                    observer.keep(&cases[case], &forces)
+                });
+                self.count();
+                if kept.is_break() {
+                    *flow.lock().expect(UNBROKEN) = kept;
+                }
+                kept
+            };
+            let all: Vec<usize> = (0..own.len()).collect();
+            simulate_cases(
+                &study,
+                &all,
+                resources,
+                stop,
+                Sampling::default(),
+                |_, _| {},
+                done,
+            )?;
+            is_kept &= flow.into_inner().expect(UNBROKEN).is_continue();
+        }
+        if stop.is_requested() {
+            return Err(Interrupted::Stopped);
+        }
+        if !is_kept {
+            let words = "what was simulated cannot be kept";
+            return Err(Interrupted::Failed(words.to_owned()));
+        }
+        for (position, found) in positions
+            .into_iter()
+            .zip(found.into_inner().expect(UNBROKEN))
+        {
+            forces[position] = found;
+        }
+        Ok(forces)
+    }
+}
+
+const UNBROKEN: &str = "nothing panics with the results in hand";
+
+/// Settings that are simulated with a precision.
+fn at(
+    mut settings: Settings,
+    Precision {
+        tolerance,
+        interacts,
+        segments,
+        ..
+    }: Precision,
+) -> Settings {
+    if !interacts {
+        settings.brush = None;
+        settings.uncertainty = UncertaintySettings::default();
+        settings.filament.segments = settings.filament.segments.min(segments);
+    }
+    if settings.brush.is_none() {
+        settings.solver.relative_tolerance = tolerance;
+    }
+    settings
+}

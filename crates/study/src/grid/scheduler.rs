@@ -1,0 +1,816 @@
+//! Simulates the cases of a study in lanes and threads.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::num::NonZeroUsize;
+use std::ops::ControlFlow;
+use std::sync::Mutex;
+use std::time::Instant;
+use std::{io, thread};
+
+use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions};
+use bristle::model::metrics::Metrics;
+use bristle::model::parameters::MIN_SAMPLES;
+use bristle::model::settings::{Settings, UncertaintySettings};
+use bristle::simulation::{
+    DepthSearch, Found, IntegrationError, Job, Kind, Pass, Sampling, Simulation, SimulationError,
+    Stop, of_trim, press_on, sample_side_by_side, simulate_places,
+};
+use bristle::tool::{Place, Tool, places};
+use bristle::workpiece::Workpiece;
+use tracing::{debug, info, warn};
+
+use super::study::Study;
+use crate::grid::case::{CaseResult, CaseSummary, tentative};
+use crate::grid::check::{finer_brush, finer_pass, largest_change};
+use crate::grid::interaction::{Interaction, statistics, turn_impulses};
+use crate::grid::uncertainty::{ForceScatter, Scatter, check};
+
+/// What a study may use.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Resources {
+    /// Number of threads; `None` for as many as cores.
+    pub threads: Option<NonZeroUsize>,
+    /// Bytes of memory for brushes; `None` if there is no limit.
+    pub memory: Option<u64>,
+}
+
+impl From<Option<NonZeroUsize>> for Resources {
+    fn from(threads: Option<NonZeroUsize>) -> Self {
+        Self {
+            threads,
+            memory: None,
+        }
+    }
+}
+
+/// Simulates all cases and returns their results in the order of the grid, whatever the number of
+/// threads.
+///
+/// Where filaments scatter, the passes of the sampled tools are part of a case. A case of a brush
+/// is simulated by one thread, or by an equal share of the threads if there are fewer cases than
+/// these. If `threads` is `None`, there are as many threads as cores. Each simulates
+/// [`LANES`](bristle::equations::LANES) passes at a time. `on_case_done` is called after each case,
+/// from any thread. An error of a simulation ends only its case.
+///
+/// # Errors
+/// If the threads cannot be started.
+pub fn run_study(
+    study: &Study,
+    threads: Option<NonZeroUsize>,
+    on_case_done: impl Fn() + Sync,
+) -> io::Result<Vec<CaseResult>> {
+    let cases: Vec<usize> = (0..study.case_count()).collect();
+    let results = Mutex::new(vec![None; cases.len()]);
+    let done = |case: usize, result| {
+        results.lock().expect(UNBROKEN)[case] = Some(result);
+        on_case_done();
+        ControlFlow::Continue(())
+    };
+    simulate_cases(
+        study,
+        &cases,
+        threads,
+        &Stop::default(),
+        Sampling::default(),
+        |_, _| {},
+        done,
+    )?;
+    let results = results.into_inner().expect(UNBROKEN);
+    Ok(results
+        .into_iter()
+        .map(|result| result.expect("every case is done"))
+        .collect())
+}
+
+pub(crate) const UNBROKEN: &str = "nothing panics with the results in hand";
+
+/// The cases that have no result yet, counted from 0.
+///
+/// # Panics
+/// If `results` has another length than the study has cases.
+#[must_use]
+pub fn without_result(study: &Study, results: &[Option<CaseResult>]) -> Vec<usize> {
+    assert_eq!(
+        results.len(),
+        study.case_count(),
+        "a result, or none, for each case"
+    );
+    (0..results.len())
+        .filter(|&case| results[case].is_none())
+        .collect()
+}
+
+/// [`run_study`] for some `cases`, counted from 0, with the samples that `sampling` requests of
+/// each pass, until `stop` is requested.
+///
+/// A case's result is the same to the bit, whichever others are simulated with it, and with samples
+/// too if `sampling` is [`alongside`](Sampling::alongside). `on_case_done` receives the case and
+/// its result. If it breaks, no further pass is started, passes under way are finished, and
+/// incomplete cases have no result, as those have none that end at their next step after a stop.
+///
+/// `on_pass` receives the pass of each case and the case's number before `on_case_done` is called
+/// for that case. It receives neither the passes of sampled tools, nor those of a brush, nor passes
+/// that failed.
+///
+/// # Errors
+/// If the threads cannot be started. Some cases may have been simulated by then.
+///
+/// # Panics
+/// If the study has no such case.
+pub fn simulate_cases(
+    study: &Study,
+    cases: &[usize],
+    resources: impl Into<Resources>,
+    stop: &Stop,
+    sampling: Sampling,
+    on_pass: impl Fn(usize, &Simulation) + Sync,
+    on_case_done: impl Fn(usize, CaseResult) -> ControlFlow<()> + Sync,
+) -> io::Result<()> {
+    let Resources { threads, memory } = resources.into();
+    if study.has_brush() {
+        let spare = memory.map(|memory| spare_memory(study, cases, threads, memory));
+        let threads_of_each = (thread_count(threads) / cases.len().max(1)).max(1);
+        let options = RunOptions {
+            threads: threads_of_each,
+            ..RunOptions::default()
+        };
+        return complete_one_by_one(study, cases, threads, on_case_done, |case| {
+            simulate_brush(study, case, spare, options, stop)
+        });
+    }
+    complete_cases(
+        study,
+        cases,
+        threads,
+        on_pass,
+        on_case_done,
+        |take, done| {
+            let take = |kind| {
+                let Job { number, pass } = if stop.is_requested() {
+                    None
+                } else {
+                    take(kind)
+                }?;
+                Some(Job {
+                    number,
+                    pass: pass.until(stop),
+                })
+            };
+            sample_side_by_side(sampling, take, |number, result| {
+                if !matches!(
+                    result,
+                    Err(SimulationError::Integration(IntegrationError::Stopped))
+                ) {
+                    done(number, result);
+                }
+            });
+        },
+    )
+}
+
+/// [`simulate_cases`] with passes of another tool or workpiece than those of the settings, which
+/// `pass_of` makes. Each thread simulates one case at a time. A case whose pass cannot be made has
+/// that error as its result.
+///
+/// # Errors
+/// If the threads cannot be started.
+///
+/// # Panics
+/// If the study has no such case.
+pub fn simulate_cases_with<T, W, E>(
+    study: &Study,
+    cases: &[usize],
+    threads: Option<NonZeroUsize>,
+    stop: &Stop,
+    pass_of: impl Fn(&Settings) -> Result<Pass<T, W>, E> + Sync,
+    on_case_done: impl Fn(usize, CaseResult) -> ControlFlow<()> + Sync,
+) -> io::Result<()>
+where
+    T: Tool + Clone,
+    W: Workpiece + Clone,
+    E: Display,
+{
+    complete_one_by_one(study, cases, threads, on_case_done, |case| {
+        let mut case = BegunCase::new(study.settings(case), study.checks());
+        while let Some(run) = case.runs.pop() {
+            let result = match pass_of(&case.settings(run)) {
+                Ok(pass) => match pass.until(stop).simulate(Sampling::default()) {
+                    Err(SimulationError::Integration(IntegrationError::Stopped)) => return None,
+                    result => result.map_err(|error| error.to_string()),
+                },
+                Err(error) => Err(error.to_string()),
+            };
+            case.take(run, &result);
+        }
+        Some(case.conclude())
+    })
+}
+
+/// Some `cases` in the order of simulation, for callers that divide a study: kind by kind, and
+/// within a kind those with the most work first.
+///
+/// # Panics
+/// If the study has no such case.
+#[must_use]
+pub fn by_work(study: &Study, cases: &[usize]) -> Vec<usize> {
+    let mut ordered = if study.has_brush() {
+        each_in_order_of_work(study, cases)
+    } else {
+        let ordered = in_order_of_work(study, cases).into_iter();
+        ordered.map(|(_, case)| case).collect()
+    };
+    ordered.reverse();
+    ordered
+}
+
+/// The work of a case, counted from 0, compared with others: steps are ways of the tips, and the
+/// memory of a brush is in proportion to its segments.
+#[must_use]
+pub fn work(study: &Study, case: usize) -> f64 {
+    let settings = study.settings(case);
+    let size = match settings.brush {
+        Some(_) => study.brush_memory(case).map_or(0.0, |bytes| bytes as f64),
+        None => settings.filament.segments as f64,
+    };
+    let settings = tentative(settings);
+    size * Pass::new(&settings).end_time() * settings.process.brushing_velocity_m_s
+}
+
+/// The bytes by which a brush may need more than at its beginning, when it takes more columns: an
+/// equal share for each of those that are simulated at once.
+fn spare_memory(study: &Study, cases: &[usize], threads: Option<NonZeroUsize>, memory: u64) -> u64 {
+    let mut needs: Vec<u64> = cases
+        .iter()
+        .filter_map(|&case| study.brush_memory(case).ok())
+        .collect();
+    needs.sort_unstable();
+    let at_once = thread_count(threads).min(needs.len()).max(1);
+    let needed = needs
+        .iter()
+        .rev()
+        .take(at_once)
+        .fold(0, |sum: u64, needed| sum.saturating_add(*needed));
+    memory.saturating_sub(needed) / at_once as u64
+}
+
+/// Simulates the brush of a case, which may come to need `spare` bytes of memory more, and again if
+/// the study checks its cases. `None` if it was asked to stop.
+fn simulate_brush(
+    study: &Study,
+    case: usize,
+    spare: Option<u64>,
+    options: RunOptions,
+    stop: &Stop,
+) -> Option<CaseResult> {
+    let settings = study.settings(case);
+    let simulate = |settings: &Settings, options: RunOptions| {
+        let needed = study.brush_memory(case)?;
+        let memory = spare.map(|spare| needed.saturating_add(spare));
+        let mut run = BrushRun::new(settings, RunOptions { memory, ..options })?.until(stop);
+        while run.advance()? {}
+        run.finish()
+    };
+    let result = press_brush(&settings, stop, |settings| simulate(settings, options));
+    let (settings, result) = match result {
+        Err(BrushError::Stopped) => return None,
+        Err(error) => return Some(Err(error.to_string())),
+        Ok(result) => result,
+    };
+    let checked = match study
+        .checks()
+        .then(|| simulate(&finer_brush(&settings), options))
+    {
+        Some(Err(BrushError::Stopped)) => return None,
+        checked => checked.and_then(Result::ok),
+    };
+    Some(Ok(CaseSummary {
+        turn_contact_normal_impulses_n_s: turn_impulses(&result),
+        statistics: statistics(&result.statistics),
+        scatter: calibration_band(&settings, &result.tool),
+        brush: Some(Interaction::of(&result)),
+        change_when_checked: checked.map(|checked| largest_change(&result.tool, &checked.tool)),
+        metrics: result.tool,
+    }))
+}
+
+/// The distribution that a calibration leaves of the force of a brush with the metrics `tool`: that
+/// of a filament alone, times the effect of interaction. `None` if nothing is calibrated, or it
+/// cannot be sampled.
+#[must_use]
+pub fn calibration_band(settings: &Settings, tool: &Metrics) -> Option<ForceScatter> {
+    let calibration = Some(settings.uncertainty.calibration.clone()?);
+    let UncertaintySettings { samples, seed, .. } = settings.uncertainty;
+    let uncertainty = UncertaintySettings {
+        samples,
+        seed,
+        calibration,
+        ..UncertaintySettings::default()
+    };
+    let alone = Settings {
+        brush: None,
+        uncertainty,
+        ..settings.clone()
+    };
+    check(&alone).ok()?;
+    let study = Study::of_cases(vec![alone]);
+    let result = run_study(&study, NonZeroUsize::new(1), || ())
+        .ok()?
+        .pop()?
+        .ok()?;
+    let factor = tool.tool_contact_normal_force_n / result.metrics.tool_contact_normal_force_n;
+    Some(result.scatter?.times(factor)).filter(|_| factor.is_finite())
+}
+
+/// The brush that `settings` state, by `simulate`, with its settings. If they state a force, these
+/// have the depth at which the brush presses with it; the search begins at that of filaments alone.
+///
+/// # Errors
+/// If no depth reaches the force, or the first one of `simulate`.
+pub fn press_brush(
+    settings: &Settings,
+    stop: &Stop,
+    mut simulate: impl FnMut(&Settings) -> Result<BrushResult, BrushError>,
+) -> Result<(Settings, BrushResult), BrushError> {
+    let Some(force) = settings.process.tool_force_n else {
+        return Ok((settings.clone(), simulate(settings)?));
+    };
+    let alone = Settings {
+        brush: None,
+        ..settings.clone()
+    };
+    let first = match simulate_places(&alone, Sampling::default(), stop, &mut |_| ()) {
+        Err(SimulationError::Force(unreachable)) => unreachable
+            .depth
+            .min(unreachable.deepest * unreachable.largest / force),
+        alone => alone?.metrics.penetration_depth_m,
+    };
+    let found = press_on(settings, Some(first), |at_depth| {
+        let result = simulate(at_depth)?;
+        Ok::<_, BrushError>((result.tool.tool_contact_normal_force_n, result))
+    })?;
+    let Found {
+        depth,
+        stiffness,
+        mut result,
+    } = found.expect("the settings state a force");
+    result.tool.force_stiffness_n_m = stiffness;
+    Ok((settings.at_depth(depth), result))
+}
+
+/// [`simulate_cases`] where each thread simulates one case at a time, those with the most work
+/// first, until `simulate` returns none.
+fn complete_one_by_one(
+    study: &Study,
+    cases: &[usize],
+    threads: Option<NonZeroUsize>,
+    on_case_done: impl Fn(usize, CaseResult) -> ControlFlow<()> + Sync,
+    simulate: impl Fn(usize) -> Option<CaseResult> + Sync,
+) -> io::Result<()> {
+    let waiting = each_in_order_of_work(study, cases);
+    let threads = thread_count(threads).min(waiting.len());
+    let waiting = Mutex::new(waiting);
+    let queued = || {
+        waiting
+            .lock()
+            .expect("nothing panics with the queue in hand")
+    };
+    let work = || {
+        loop {
+            let next = queued().pop();
+            let Some(case) = next else { return };
+            let begun = Instant::now();
+            let Some(result) = simulate(case) else { return };
+            trace_case(case, &result, begun);
+            if on_case_done(case, result).is_break() {
+                queued().clear();
+            }
+        }
+    };
+    in_threads(study, cases.len(), threads, work)
+}
+
+/// Simulates so many cases of a study by `work` in each of some `threads`, this one included.
+fn in_threads(
+    study: &Study,
+    to_simulate: usize,
+    threads: usize,
+    work: impl Fn() + Sync,
+) -> io::Result<()> {
+    info!(
+        cases = study.case_count(),
+        to_simulate, threads, "study started"
+    );
+    let start = Instant::now();
+    thread::scope(|scope| {
+        for _ in 1..threads {
+            thread::Builder::new().spawn_scoped(scope, &work)?;
+        }
+        work();
+        Ok::<_, io::Error>(())
+    })?;
+    info!(seconds = start.elapsed().as_secs_f64(), "study ended");
+    Ok(())
+}
+
+/// Cases that are simulated one by one, in reverse order of simulation: those with the most work
+/// are last.
+fn each_in_order_of_work(study: &Study, cases: &[usize]) -> Vec<usize> {
+    let mut waiting: Vec<(f64, usize)> = cases
+        .iter()
+        .map(|&case| (work(study, case), case))
+        .collect();
+    waiting.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
+    waiting.into_iter().map(|(_, case)| case).collect()
+}
+
+/// The number of threads: what was asked for, or one per core.
+#[must_use]
+pub fn thread_count(asked: Option<NonZeroUsize>) -> usize {
+    asked
+        .or_else(|| thread::available_parallelism().ok())
+        .map_or(1, NonZeroUsize::get)
+}
+
+/// The passes that wait for simulation, and those being simulated.
+#[derive(Default)]
+struct Queue {
+    /// The cases to begin. The first one is last.
+    waiting: Vec<(Kind, usize)>,
+    begun: BTreeMap<usize, BegunCase>,
+    /// The tools of the cases that are begun, by number.
+    inquiries: BTreeMap<usize, Inquiry>,
+    /// Passes to give out, by kind, tool and place. The first one is last.
+    ready: Vec<(Kind, usize, usize)>,
+    /// Tool and place of each pass being simulated, by the number of its job.
+    running: BTreeMap<usize, (usize, usize)>,
+    /// How many tools and passes there have been.
+    asked: usize,
+    given: usize,
+}
+
+/// One tool of a case: the passes of the filaments along its trim, and again at other depths until
+/// it presses with the force that is asked for.
+struct Inquiry {
+    case: usize,
+    run: Run,
+    kind: Kind,
+    settings: Settings,
+    search: Option<DepthSearch<Simulation>>,
+    places: Vec<Place>,
+    /// Results at this depth, by place.
+    results: Vec<Option<Simulation>>,
+}
+
+impl Inquiry {
+    fn new(case: usize, run: Run, kind: Kind, settings: Settings) -> Self {
+        let search = DepthSearch::of(&settings, None);
+        let mut inquiry = Self {
+            case,
+            run,
+            kind,
+            search,
+            results: Vec::new(),
+            places: Vec::new(),
+            settings,
+        };
+        inquiry.begin_round();
+        inquiry
+    }
+
+    /// Begins with the filaments along the trim at the depth that is to be simulated.
+    fn begin_round(&mut self) {
+        self.places = places(&self.at_depth());
+        self.results = vec![None; self.places.len()];
+    }
+
+    /// The settings at the depth that is being simulated.
+    fn at_depth(&self) -> Cow<'_, Settings> {
+        match &self.search {
+            Some(search) => Cow::Owned(self.settings.at_depth(search.depth())),
+            None => Cow::Borrowed(&self.settings),
+        }
+    }
+
+    /// The pass of the filament at a place, by number.
+    fn pass(&self, place: usize) -> Pass {
+        Pass::at(&self.at_depth(), self.places[place].s)
+    }
+
+    /// Takes the result of a pass. `None` if others are still to come, at this depth or at the
+    /// next.
+    fn take(&mut self, place: usize, result: Simulation) -> Result<Option<Simulation>, String> {
+        self.results[place] = Some(result);
+        if self.results.contains(&None) {
+            return Ok(None);
+        }
+        let all = self
+            .results
+            .iter_mut()
+            .map(|result| result.take().expect("all are there"))
+            .collect();
+        let whole = of_trim(&self.places, all);
+        let Some(search) = &mut self.search else {
+            return Ok(Some(whole));
+        };
+        let found = search
+            .take(whole.metrics.tool_contact_normal_force_n, whole)
+            .map_err(|error| error.to_string())?;
+        if found.is_none() {
+            self.begin_round();
+        }
+        Ok(found.map(
+            |Found {
+                 mut result,
+                 stiffness,
+                 ..
+             }| {
+                result.metrics.force_stiffness_n_m = stiffness;
+                result
+            },
+        ))
+    }
+
+    /// Whether a round of passes is about to begin.
+    fn is_fresh(&self) -> bool {
+        self.results.iter().all(Option::is_none)
+    }
+}
+
+/// The role of a pass in its case.
+#[derive(Clone, Copy)]
+enum Run {
+    Nominal,
+    /// The same at a tenth of the tolerance.
+    Finer,
+    /// The pass of a sampled tool.
+    Tool(usize),
+}
+
+/// A case of which some passes have been given out.
+struct BegunCase {
+    start: Instant,
+    settings: Settings,
+    /// Its tools. The first one is last.
+    runs: Vec<Run>,
+    /// Tools without a result yet.
+    left: usize,
+    nominal: Option<CaseResult>,
+    finer: Option<Metrics>,
+    scatter: Option<Scatter>,
+    /// Impulses of the sampled tools.
+    impulses: Vec<Option<f64>>,
+}
+
+impl BegunCase {
+    fn new(settings: Settings, checks: bool) -> Self {
+        let scatter = Scatter::of(&settings);
+        let tools = scatter.as_ref().map_or(0, Scatter::count);
+        let reaches = |tool: &usize| {
+            scatter
+                .as_ref()
+                .is_some_and(|scatter| scatter.settings(*tool).is_some())
+        };
+        let mut runs: Vec<Run> = (0..tools).rev().filter(reaches).map(Run::Tool).collect();
+        runs.extend(checks.then_some(Run::Finer));
+        runs.push(Run::Nominal);
+        // A tool that does not reach the workpiece has no impulse.
+        Self {
+            start: Instant::now(),
+            left: runs.len(),
+            nominal: None,
+            finer: None,
+            impulses: vec![Some(0.0); tools],
+            settings,
+            runs,
+            scatter,
+        }
+    }
+
+    fn settings(&self, run: Run) -> Settings {
+        let sampled = match (run, &self.scatter) {
+            (Run::Finer, _) => Some(finer_pass(&self.settings)),
+            (Run::Tool(tool), Some(scatter)) => scatter.settings(tool),
+            _ => None,
+        };
+        sampled.unwrap_or_else(|| self.settings.clone())
+    }
+
+    /// Takes the result of a tool. Returns true if it was the last.
+    fn take(&mut self, run: Run, result: &Result<Simulation, String>) -> bool {
+        let metrics = result.as_ref().ok().map(|simulation| &simulation.metrics);
+        match run {
+            Run::Nominal => {
+                self.nominal =
+                    Some(
+                        result
+                            .as_ref()
+                            .map_err(String::clone)
+                            .map(|simulation| CaseSummary {
+                                metrics: simulation.metrics.clone(),
+                                turn_contact_normal_impulses_n_s: simulation
+                                    .turn_contact_normal_impulses_n_s
+                                    .clone(),
+                                statistics: simulation.statistics,
+                                ..CaseSummary::default()
+                            }),
+                    );
+            }
+            Run::Finer => self.finer = metrics.cloned(),
+            Run::Tool(tool) => {
+                self.impulses[tool] = metrics.map(|metrics| metrics.contact_normal_impulse_n_s)
+            }
+        }
+        self.left -= 1;
+        if matches!(self.nominal, Some(Err(_))) {
+            // A case that failed needs no sampled tools.
+            self.runs.clear();
+            return true;
+        }
+        self.left == 0
+    }
+
+    fn conclude(self) -> CaseResult {
+        let mut summary = self
+            .nominal
+            .expect("the nominal pass is one of those that are done")?;
+        summary.scatter = self
+            .scatter
+            .and_then(|scatter| scatter.reduce(&self.impulses));
+        summary.change_when_checked = self
+            .finer
+            .map(|finer| largest_change(&summary.metrics, &finer));
+        Ok(summary)
+    }
+}
+
+impl Queue {
+    /// The next pass of this kind, or of any kind.
+    fn give_out(&mut self, study: &Study, kind: Option<Kind>) -> Option<Job> {
+        let fits = |of: Kind| kind.is_none_or(|kind| kind == of);
+        if !self.ready.last().is_some_and(|&(of, ..)| fits(of)) {
+            self.waiting.last().filter(|&&(of, _)| fits(of))?;
+            let (of, case) = self.waiting.pop()?;
+            self.begin(study, of, case);
+        }
+        let (_, asked, place) = self.ready.pop()?;
+        let number = self.given;
+        self.given += 1;
+        self.running.insert(number, (asked, place));
+        Some(Job {
+            number,
+            pass: self.inquiries[&asked].pass(place),
+        })
+    }
+
+    /// Begins a case. Its sampled tools are of the same kind as the nominal one: scatter neither
+    /// adds nor removes dampers or friction.
+    fn begin(&mut self, study: &Study, kind: Kind, case: usize) {
+        let begun = BegunCase::new(study.settings(case), study.checks());
+        for &run in &begun.runs {
+            self.inquiries.insert(
+                self.asked,
+                Inquiry::new(case, run, kind, begun.settings(run)),
+            );
+            self.make_ready(self.asked);
+            self.asked += 1;
+        }
+        self.begun.insert(case, begun);
+    }
+
+    /// Makes the passes of a tool ready.
+    fn make_ready(&mut self, asked: usize) {
+        let inquiry = &self.inquiries[&asked];
+        self.ready.extend(
+            (0..inquiry.places.len())
+                .rev()
+                .map(|place| (inquiry.kind, asked, place)),
+        );
+    }
+
+    /// Takes the result of a pass: with its case and simulation if it completes the nominal tool,
+    /// and the case if that is complete.
+    fn take<E: Display>(&mut self, number: usize, result: Result<Simulation, E>) -> Taken {
+        let Some((asked, place)) = self.running.remove(&number) else {
+            return Taken::default();
+        };
+        let Some(inquiry) = self.inquiries.get_mut(&asked) else {
+            return Taken::default();
+        };
+        let (case, run) = (inquiry.case, inquiry.run);
+        let answer = result
+            .map_err(|error| error.to_string())
+            .and_then(|result| inquiry.take(place, result));
+        let Some(answer) = answer.transpose() else {
+            if inquiry.is_fresh() {
+                self.make_ready(asked);
+            }
+            return Taken::default();
+        };
+        self.inquiries.remove(&asked);
+        self.ready.retain(|(_, other, _)| *other != asked);
+        let Some(begun) = self.begun.get_mut(&case) else {
+            return Taken::default();
+        };
+        let mut taken = Taken::default();
+        if begun.take(run, &answer) {
+            let inquiries = &mut self.inquiries;
+            inquiries.retain(|_, inquiry| inquiry.case != case);
+            self.ready
+                .retain(|(_, asked, _)| inquiries.contains_key(asked));
+            taken.complete = self.begun.remove(&case).map(|begun| (case, begun));
+        }
+        if matches!(run, Run::Nominal) {
+            taken.nominal = answer.ok().map(|simulation| (case, simulation));
+        }
+        taken
+    }
+}
+
+/// What the result of a pass completes.
+#[derive(Default)]
+struct Taken {
+    /// The nominal tool of a case, by number.
+    nominal: Option<(usize, Simulation)>,
+    complete: Option<(usize, BegunCase)>,
+}
+
+/// [`simulate_cases`] with a function that takes and simulates passes until there are none left.
+pub(super) fn complete_cases<E: Display>(
+    study: &Study,
+    cases: &[usize],
+    threads: Option<NonZeroUsize>,
+    on_pass: impl Fn(usize, &Simulation) + Sync,
+    on_case_done: impl Fn(usize, CaseResult) -> ControlFlow<()> + Sync,
+    simulate: impl Fn(&dyn Fn(Option<Kind>) -> Option<Job>, &dyn Fn(usize, Result<Simulation, E>))
+    + Sync,
+) -> io::Result<()> {
+    let waiting = in_order_of_work(study, cases);
+    let threads = thread_count(threads);
+    // Where tools are sampled, a single case has passes for several threads.
+    let tools = if study.scatters() { MIN_SAMPLES } else { 1 };
+    let along = cases
+        .first()
+        .map_or(1, |&case| places(&study.settings(case)).len());
+    let passes = waiting.len().saturating_mul(tools * along);
+    let threads = threads.min(passes);
+
+    let queue = Mutex::new(Queue {
+        waiting,
+        ..Queue::default()
+    });
+    let queued = || queue.lock().expect("nothing panics with the queue in hand");
+    let take = |kind: Option<Kind>| queued().give_out(study, kind);
+    let done = |number: usize, result: Result<Simulation, E>| {
+        let Taken { nominal, complete } = queued().take(number, result);
+        if let Some((case, simulation)) = nominal {
+            on_pass(case, &simulation);
+        }
+        let Some((case, begun)) = complete else {
+            return;
+        };
+        let start = begun.start;
+        let result = begun.conclude();
+        trace_case(case, &result, start);
+        if on_case_done(case, result).is_break() {
+            let mut queue = queued();
+            queue.waiting.clear();
+            queue.ready.clear();
+        }
+    };
+    in_threads(study, cases.len(), threads, || simulate(&take, &done))
+}
+
+/// Logs a case. The seconds are counted from its start and include time shared with other cases.
+fn trace_case(number: usize, result: &CaseResult, begun: Instant) {
+    let case = number + 1;
+    let seconds = begun.elapsed().as_secs_f64();
+    match result {
+        Ok(CaseSummary { statistics, .. }) => {
+            debug!(
+                case,
+                seconds,
+                steps = statistics.steps,
+                rejected = statistics.rejected_steps,
+                "case done"
+            );
+        }
+        Err(error) => warn!(case, seconds, error, "case failed"),
+    }
+}
+
+/// The cases with their kinds, in reverse order of simulation. They are simulated kind by kind, and
+/// within a kind the longest passes first, so that threads and lanes finish at the same time.
+fn in_order_of_work(study: &Study, cases: &[usize]) -> Vec<(Kind, usize)> {
+    let of_case = |&number: &usize| {
+        let pass = Pass::new(&tentative(study.settings(number)));
+        (pass.kind(), pass.end_time(), number)
+    };
+    let mut cases: Vec<(Kind, f64, usize)> = cases.iter().map(of_case).collect();
+    cases.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(b.2.cmp(&a.2)));
+    cases
+        .into_iter()
+        .map(|(kind, _, number)| (kind, number))
+        .collect()
+}

@@ -1,0 +1,857 @@
+//! A first input file from a few answers: brush, filaments, and the limits of the machine.
+
+use crate::text::columns;
+use crate::text::shown;
+use bristle::model::parameters::Parameter;
+use bristle::model::settings::{Settings, ToolKind, ToolSettings};
+use bristle::tool::Trim;
+
+use crate::grid::{DEPTH, SPEED, without_rounding_noise};
+use crate::input::cells::has_thousands;
+use crate::input::document::Document;
+use crate::input::input_error::{InputError, LONGEST_KEY};
+use crate::input::materials::{CONTACT_STIFFNESS, Material, default_contact_stiffness};
+use crate::input::packing::{PACKED, tip_spacing};
+use crate::input::plausibility::{Unusual, unusual_in_study, unusual_value};
+use crate::input::units::other_paths;
+use crate::text::layout::{left, wrap};
+use crate::text::number::short;
+use crate::text::units::{Unit, in_unit_of, units_of};
+
+/// A question about a brush or a machine.
+#[derive(Debug)]
+pub struct Question {
+    /// The name of the option that answers it.
+    pub option: &'static str,
+    /// The question, with the unit of the answer.
+    pub words: &'static str,
+    /// What is taken for an empty answer, if there is a usual one.
+    pub default: Option<&'static str>,
+    path: &'static str,
+    /// The unit of an answer without one.
+    unit: &'static str,
+}
+
+/// The path of the radius of the body, and those of the number of filaments: itself, and the share
+/// of the surface that they cover.
+const BODY_RADIUS: &str = "tool.body_radius_m";
+const COUNT: &str = "tool.filament_count";
+const SHARE: &str = "tool.fill_factor";
+
+/// Position of the question for the angle of the filaments, which only a cone has to state.
+pub const ANGLE: usize = 0;
+/// Position of that for the tilt, which is not asked.
+pub const TILT: usize = 1;
+/// Position of that for the length of the filaments.
+pub const LENGTH: usize = 2;
+/// Position of that for the modulus, which a material answers.
+pub const MODULUS: usize = 4;
+/// Position of that for the width of the trim.
+pub const WIDTH: usize = 5;
+/// Position of that for the size of the brush, whose answer needs what filaments reach.
+pub const SIZE: usize = 6;
+
+/// The answers to all questions, each in the unit of its setting; `None` stands for the default.
+pub type Answers = [Option<f64>; QUESTIONS.len()];
+
+/// All questions, in the order in which they are asked.
+pub const QUESTIONS: [Question; 11] = [
+    question(
+        "--filament-angle-deg",
+        "Angle of the filaments to the axis, in degrees: 90 for radial ones, 0 for those of a cup",
+        "tool.filament_angle_rad",
+        "°",
+    ),
+    question(
+        "--tilt-deg",
+        "Tilt of the axis, in degrees: 90 points it into the workpiece",
+        "tool.tilt_rad",
+        "°",
+    ),
+    question(
+        "--length-mm",
+        "Free length of the filaments, in mm",
+        "filament.length_m",
+        "mm",
+    ),
+    question(
+        "--diameter-mm",
+        "Diameter of the filaments, in mm",
+        "filament.diameter_m",
+        "mm",
+    ),
+    Question {
+        default: Some("3"),
+        ..question(
+            "--youngs-modulus-gpa",
+            "Young's modulus of the filaments, in GPa",
+            "filament.youngs_modulus_pa",
+            "GPa",
+        )
+    },
+    question(
+        "--width-mm",
+        "Width of the trim, in mm: of a round brush along its axis, of a cup along its radius",
+        "tool.width_m",
+        "mm",
+    ),
+    question(
+        "--tool-diameter-mm (or --body-diameter-mm, or --body-radius-mm)",
+        "Diameter of the brush over its filaments, in mm; or that of its body, where the filaments in the middle\n\
+         of the trim are clamped, as in body 280; or the radius of the body, as in radius 140",
+        BODY_RADIUS,
+        "mm",
+    ),
+    question(
+        "--filaments",
+        "Number of filaments, or the share of the body's surface that they cover, such as 0.6 or 60 %",
+        COUNT,
+        "",
+    ),
+    Question {
+        default: Some("0"),
+        ..question(
+            "--friction",
+            "Coefficient of friction on the workpiece; 0 gives an upper bound of the force",
+            "contact.friction_coefficient",
+            "",
+        )
+    },
+    question(
+        "--max-rpm",
+        "Highest rotational speed of the machine, in rpm",
+        SPEED,
+        "rpm",
+    ),
+    question(
+        "--max-depth-mm",
+        "Largest penetration depth of interest, in mm",
+        DEPTH,
+        "mm",
+    ),
+];
+
+const fn question(
+    option: &'static str,
+    words: &'static str,
+    path: &'static str,
+    unit: &'static str,
+) -> Question {
+    Question {
+        option,
+        words,
+        default: None,
+        path,
+        unit,
+    }
+}
+
+/// How the size of a brush is stated, in m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Size {
+    /// The radius of its body.
+    BodyRadius(f64),
+    /// The diameter of its body.
+    BodyDiameter(f64),
+    /// The diameter over its filaments.
+    ToolDiameter(f64),
+}
+
+/// How far, in m, filaments of a length reach beyond the radius of the body, on a trim of a width
+/// (m) of a kind of tool whose filaments are at an `angle` (rad) to the axis, if it is not that of
+/// the kind.
+#[must_use]
+pub fn reach_m(kind: ToolKind, angle: Option<f64>, [length_m, width_m]: [f64; 2]) -> f64 {
+    let tool = ToolSettings {
+        kind,
+        filament_angle_rad: angle,
+        ..ToolSettings::new(0.0, width_m, 0.0)
+    };
+    let mut settings = Settings::paper(1.0, 1e-3);
+    (settings.tool, settings.filament.length_m) = (tool, length_m);
+    let trim = Trim::of(&settings);
+    trim.ends()
+        .map(|s| trim.tip(s)[0])
+        .into_iter()
+        .fold(f64::NEG_INFINITY, f64::max)
+}
+
+impl Size {
+    /// The radius of the body in m, beyond which filaments reach by `reach_m`.
+    ///
+    /// # Errors
+    /// If it is not an allowed one, which then is told.
+    pub fn body_radius_m(self, reach_m: f64) -> Result<f64, String> {
+        let (radius_m, slip) = match self {
+            Self::BodyRadius(radius_m) => (radius_m, ""),
+            Self::BodyDiameter(diameter_m) => (diameter_m / 2.0, ""),
+            Self::ToolDiameter(diameter_m) => (
+                without_rounding_noise(diameter_m / 2.0 - reach_m),
+                ": half the diameter over the filaments, less what they reach beyond the body",
+            ),
+        };
+        parameter(BODY_RADIUS)
+            .check(radius_m)
+            .map(|()| radius_m)
+            .map_err(|violation| format!("{violation}{slip}"))
+    }
+}
+
+impl Question {
+    /// The answer that a text states, in the unit of the setting. The number may have a decimal
+    /// comma, and a unit behind it. For the size of the brush, filaments reach beyond the body by
+    /// `reach_m` ([`reach_m`]).
+    ///
+    /// # Errors
+    /// If it is no number, or not one that the setting may have; it says what to type.
+    pub fn answer(&self, text: &str, reach_m: f64) -> Result<f64, String> {
+        if self.path == BODY_RADIUS {
+            return self.size(text)?.body_radius_m(reach_m);
+        }
+        let value = self.number(text)?;
+        self.parameter(value)
+            .check(value)
+            .map_err(|violation| violation.to_string())?;
+        Ok(value)
+    }
+
+    /// The answer without one.
+    ///
+    /// # Panics
+    /// If there is none.
+    fn default_answer(&self) -> f64 {
+        let default = self.default.expect("there is an answer or a default");
+        self.number(default).expect("a default is a number")
+    }
+
+    /// The setting of an answer.
+    fn parameter(&self, value: f64) -> &'static Parameter {
+        parameter(if self.path == COUNT && value < 1.0 {
+            SHARE
+        } else {
+            self.path
+        })
+    }
+
+    /// What is unusual about an answer, and the likely slip.
+    #[must_use]
+    pub fn unusual(&self, value: f64) -> Option<Unusual> {
+        unusual_value(self.parameter(value), value)
+    }
+
+    /// The size of a brush as people state it: the diameter over the filaments, or with a word
+    /// before it another.
+    fn size(&self, text: &str) -> Result<Size, String> {
+        let text = text.trim();
+        let lower = text.to_lowercase();
+        let after = |word: &str| {
+            lower
+                .strip_prefix(word)
+                .and_then(|rest| text.get(text.len() - rest.len()..))
+        };
+        match (after("body"), after("radius"), after("diameter")) {
+            (Some(rest), ..) => self.number(rest).map(Size::BodyDiameter),
+            (_, Some(rest), _) => self.number(rest).map(Size::BodyRadius),
+            (.., rest) => self.number(rest.unwrap_or(text)).map(Size::ToolDiameter),
+        }
+    }
+
+    /// The number that a text states, in the unit of the setting.
+    ///
+    /// # Errors
+    /// If it is none, or has a unit of something else.
+    pub fn number(&self, text: &str) -> Result<f64, String> {
+        let text = text.trim();
+        let is_of_number = |letter: char| letter.is_ascii_digit() || "+-.,eE".contains(letter);
+        let (number, unit) = text.split_at(
+            text.find(|letter| !is_of_number(letter))
+                .unwrap_or(text.len()),
+        );
+        if number.contains(',') && has_thousands(number, ',') {
+            return Err(format!(
+                "the comma of {number} may separate decimals or thousands: write {}",
+                number.replace(',', "")
+            ));
+        }
+        let example = if self.unit.is_empty() {
+            "0.6 or 0,6".to_owned()
+        } else {
+            format!("4.5 or 4,5 {}", self.unit)
+        };
+        let wrong = || {
+            format!(
+                "{} is not a number: please type one, such as {example}",
+                shown(text, LONGEST_KEY)
+            )
+        };
+        let decimal = if number.contains('.') {
+            number.to_owned()
+        } else {
+            number.replacen(',', ".", 1)
+        };
+        let number: f64 = decimal.parse().map_err(|_| wrong())?;
+        let value = match unit.trim() {
+            "" if self.unit.is_empty() => Some(number),
+            "" => in_unit_of(self.path, number, self.unit),
+            // All filaments cannot cover all of a surface; it would be taken for a single one.
+            unit => in_unit_of(self.path, number, unit)
+                .filter(|value| self.path != COUNT || *value < 1.0),
+        };
+        let units: Vec<&str> = units_of(self.path).map(Unit::name).collect();
+        let allowed = if units.is_empty() {
+            "no unit, or below 100 %".to_owned()
+        } else {
+            units.join(", ")
+        };
+        value.ok_or_else(|| {
+            format!(
+                "{} has another unit: please use {allowed}",
+                shown(text, LONGEST_KEY)
+            )
+        })
+    }
+}
+
+fn parameter(path: &str) -> &'static Parameter {
+    Parameter::find(path).expect("a question is about a setting")
+}
+
+/// An input file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FirstFile {
+    /// Its text.
+    pub text: String,
+    /// What is unusual in it.
+    pub unusual: Vec<Unusual>,
+    /// What to know of filaments that touch each other and cannot be simulated together; empty if
+    /// there are none.
+    pub note: String,
+}
+
+/// An input file from the answers to [`QUESTIONS`] about a tool of some kind, and the material of
+/// the filaments if it is known, with a study up to the machine's limits. A question without an
+/// answer has its default, and the file does not state it. `name` is that of the file.
+///
+/// # Errors
+/// If the answers make no brush that can be simulated.
+///
+/// # Panics
+/// If there is no answer to a question without a default.
+pub fn first_file(
+    kind: ToolKind,
+    answers: Answers,
+    material: Option<&'static Material>,
+    name: &str,
+) -> Result<FirstFile, InputError> {
+    let [angle, tilt, others @ ..] = answers;
+    let mut questions = QUESTIONS[TILT + 1..].iter();
+    let [
+        length,
+        diameter,
+        modulus,
+        width,
+        radius,
+        filaments,
+        friction,
+        speed,
+        depth,
+    ] = others.map(|answer| {
+        let question = questions.next().expect("each answer has its question");
+        answer.unwrap_or_else(|| question.default_answer())
+    });
+    let [_, _, has_modulus, _, _, _, has_friction, _, _] = others.map(|answer| answer.is_some());
+    let count = if filaments < 1.0 { SHARE } else { COUNT };
+    let shares = |limit: f64, parts: u32| {
+        let values = (1..=parts).map(|part| rounded(limit * f64::from(part) / f64::from(parts)));
+        values
+            .map(|value| format!("{value:?}"))
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    // What nobody has answered is a comment: stated, it would pass for known.
+    let section = |name: &str, settings: &[(&str, f64, bool)]| {
+        let (known, unknown): (Vec<_>, Vec<_>) =
+            settings.iter().partition(|(.., is_known)| *is_known);
+        let stated: String = known
+            .into_iter()
+            .map(|&(path, value, _)| line("", path, value))
+            .collect();
+        let material = material
+            .filter(|_| name == "filament")
+            .map_or_else(String::new, line_of_material);
+        let left_out: String = unknown
+            .into_iter()
+            .map(|&(path, value, _)| line(COMMENT, path, value))
+            .collect();
+        let what = if left_out.is_empty() {
+            ""
+        } else {
+            "# Defaults, which decide the force; state them if you know them:\n"
+        };
+        format!("\n[{name}]\n{stated}{material}{what}{left_out}")
+    };
+    let of_material = material.filter(|_| !has_modulus);
+    let modulus_pa = of_material.map_or(modulus, |material| material.youngs_modulus_pa);
+    let stiffness = rounded(default_contact_stiffness(modulus_pa, diameter));
+    let mut filament = vec![
+        ("filament.length_m", length, true),
+        ("filament.diameter_m", diameter, true),
+    ];
+    if has_modulus || material.is_none() {
+        filament.push(("filament.youngs_modulus_pa", modulus, has_modulus));
+    }
+    if material.is_none() {
+        filament.push(("filament.density_kg_m3", 1110.0, false));
+    }
+    filament.push(("filament.damping_ratio", 0.05, false));
+    let shown_name = shown(name, LONGEST_KEY);
+    let head = |one: String, what: &'static str| {
+        let calls = [
+            (one, what),
+            (
+                format!("bristle study {shown_name} --out results"),
+                "all combinations of [study]",
+            ),
+            (
+                "bristle advise results --target-force N".to_owned(),
+                "what to set for a force of N newtons",
+            ),
+        ];
+        let longest = calls
+            .iter()
+            .map(|(call, _)| columns(call))
+            .max()
+            .unwrap_or(0);
+        let calls = calls
+            .map(|(call, what)| format!("#   {}  {what}\n", left(&call, longest)))
+            .concat();
+        format!(
+            "# An input file of Bristle. `bristle explain KEY` says what a key means.\n#\n{calls}"
+        )
+    };
+    let sections = [
+        format!(
+            "\n[tool]\n{}{}",
+            line_of_kind(kind),
+            [("tool.filament_angle_rad", angle), ("tool.tilt_rad", tilt)].map(line_in_degrees).concat()
+        ),
+        [(BODY_RADIUS, radius), ("tool.width_m", width), (count, filaments)]
+            .map(|(path, value)| line("", path, value))
+            .concat(),
+        section("filament", &filament),
+        section(
+            "contact",
+            &[("contact.friction_coefficient", friction, has_friction), (CONTACT_STIFFNESS, stiffness, false)],
+        ),
+        section("process", &[(SPEED, rounded(speed / 2.0), true), (DEPTH, rounded(depth / 2.0), true)]),
+        format!(
+            "\n[study]                            # up to the limits of the machine\nrotational_speed_rpm = [{}]\n\
+             penetration_depth_m = [{}]\n",
+            shares(speed, 6),
+            shares(depth, 4)
+        ),
+    ]
+    .concat();
+    let alone = head(
+        format!("bristle simulate {shown_name} --out contact"),
+        "one contact, as in [process]",
+    ) + &sections;
+    let settings = Document::parse(&alone, name)?.settings()?;
+    let is_packed = tip_spacing(&settings) < PACKED;
+    let note = if is_packed && !Trim::of(&settings).is_radial() {
+        apart(&settings)
+    } else {
+        String::new()
+    };
+    let text = match (is_packed, note.is_empty()) {
+        (true, true) => {
+            let brush = format!("bristle brush {shown_name} --out sector");
+            head(brush, "filaments that touch, as in [process]")
+                + &sections
+                + &section_of_brush(&settings)
+        }
+        (true, false) => {
+            let mut why = String::new();
+            wrap(WIDTH_OF_NOTES, &mut why, COMMENT, &note);
+            alone + "\n" + &why.trim_end().replace("\n  ", "\n# ") + "\n"
+        }
+        (false, _) => alone,
+    };
+    let unusual = unusual_in_study(&Document::parse(&text, name)?.study()?);
+    Ok(FirstFile {
+        text,
+        unusual,
+        note,
+    })
+}
+
+/// The line of a kind that is not the default.
+fn line_of_kind(kind: ToolKind) -> String {
+    let (word, what) = match kind {
+        ToolKind::Round => return String::new(),
+        ToolKind::Cup => (
+            "cup",
+            "axial filaments, the axis at right angles to the workpiece",
+        ),
+        ToolKind::Cone => ("cone", "filaments meet the workpiece at right angles"),
+    };
+    let setting = format!("kind = \"{word}\"");
+    format!("{setting:34} # {what}\n")
+}
+
+/// A setting in rad as people state it, if it is stated.
+fn line_in_degrees((path, value): (&str, Option<f64>)) -> String {
+    let Some(value) = value else {
+        return String::new();
+    };
+    let (key, unit) = other_paths(path)
+        .find(|(key, _)| key.ends_with("_deg"))
+        .expect("an angle can be stated in degrees");
+    let Parameter { symbol, name, .. } = parameter(path);
+    let setting = format!(
+        "{} = {:?}",
+        &key[path.find('.').map_or(0, |dot| dot + 1)..],
+        unit.of_own(value)
+    );
+    format!("{setting:34} # {symbol}: {name}, in degrees\n")
+}
+
+/// Why filaments that touch each other are simulated alone.
+fn apart(settings: &Settings) -> String {
+    format!(
+        "The tips are {} diameters apart: filaments touch each other. Those of axial and conical trims are simulated alone all the same, \
+         so that there is no section [brush] here.",
+        short(tip_spacing(settings))
+    )
+}
+
+/// The section of filaments that touch each other. Its commented lines are guesses of what no brush
+/// is without.
+fn section_of_brush(settings: &Settings) -> String {
+    let rows_differ = settings.tool.tilt_rad() != 0.0;
+    let ends = if rows_differ {
+        "ends = \"free\"                      # rows of a tilted tool differ\n"
+    } else {
+        ""
+    };
+    format!(
+        "\n[brush]                            # filaments touch: their tips are {} diameters apart\n{ends}\
+         # No brush is as even as these rows. Guesses of how uneven it is, which decide the force;\n\
+         # docs/trust.md says how to see yours. With them a brush is simulated in space,\n\
+         # which takes some fifty times as long:\n{}{}",
+        short(tip_spacing(settings)),
+        line(COMMENT, "brush.lateral_tilt_std_rad", ASSUMED_TILT_RAD),
+        line(
+            COMMENT,
+            "brush.root_std_m",
+            rounded(ASSUMED_SHIFT * settings.filament.diameter_m)
+        ),
+    )
+}
+
+/// The standard deviation of the tilts of a brush that nobody has measured, in rad: a guess. It
+/// moves tips by 0.2 mm in 40.
+pub const ASSUMED_TILT_RAD: f64 = 5e-3;
+/// That of the shifts of the roots, over the diameter: a guess.
+const ASSUMED_SHIFT: f64 = 0.05;
+
+/// Longest line of prose, in columns.
+const WIDTH_OF_NOTES: usize = 90;
+const COMMENT: &str = "# ";
+
+/// A setting with its name and unit as a comment, after a `beginning`.
+fn line(beginning: &str, path: &str, value: f64) -> String {
+    let parameter = Parameter::find(path).expect("the file has settings only");
+    let setting = format!(
+        "{beginning}{} = {}",
+        parameter.key(),
+        parameter.format(value)
+    );
+    let about = [parameter.symbol, parameter.name]
+        .iter()
+        .filter(|part| !part.is_empty())
+        .copied()
+        .collect::<Vec<_>>();
+    format!(
+        "{setting:34} # {}{}\n",
+        about.join(": "),
+        parameter.in_unit()
+    )
+}
+
+/// The line that names a material, with what it states as a comment.
+fn line_of_material(material: &Material) -> String {
+    let Material {
+        name,
+        youngs_modulus_pa,
+        density_kg_m3,
+        caution,
+        ..
+    } = material;
+    // Only of what water or heat changes the condition matters.
+    let dry = if caution.is_empty() {
+        ""
+    } else {
+        ", dry; wet or hot it is softer"
+    };
+    let setting = format!("material = \"{name}\"");
+    let [modulus, density] = [youngs_modulus_pa / 1e9, *density_kg_m3].map(short);
+    format!("{setting:34} # E = {modulus} GPa, ρ = {density} kg/m³{dry}\n")
+}
+
+/// Four significant digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.3e}").parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The answers to all questions but those about the pose, typed by a person.
+    fn typed(texts: [&str; 9]) -> Answers {
+        let mut answers = [None; 11];
+        for ((answer, question), text) in answers.iter_mut().zip(&QUESTIONS).skip(LENGTH).zip(texts)
+        {
+            *answer = Some(question.answer(text, 0.04).expect(text));
+        }
+        answers
+    }
+
+    fn file(answers: Answers, material: Option<&'static Material>) -> FirstFile {
+        first_file(ToolKind::Round, answers, material, "brush.toml").expect("a brush")
+    }
+
+    #[test]
+    fn answers_become_a_brush() {
+        let mut answers = typed([
+            "40", "1,18 mm", "3", "20", "36 cm", "10500", "0.3", "25 Hz", "4",
+        ]);
+        let FirstFile {
+            text,
+            unusual,
+            note,
+        } = file(answers, None);
+        assert_eq!(note, "");
+        assert_eq!(unusual, []);
+        let document = Document::parse(&text, "brush.toml").expect("a document");
+        let settings = document.settings().expect("settings");
+        assert_eq!(
+            (settings.tool.body_radius_m, settings.filament.diameter_m),
+            (0.14, 1.18e-3)
+        );
+        assert_eq!(
+            (
+                settings.tool.filament_count,
+                settings.filament.youngs_modulus_pa
+            ),
+            (10_500.0, 3e9)
+        );
+        assert!((settings.rotational_speed_rpm() - 750.0).abs() < 1e-9);
+        assert_eq!(document.study().expect("a study").case_count(), 24);
+        let unstated = document.unstated();
+        let unstated: Vec<&str> = unstated.iter().map(|parameter| parameter.key()).collect();
+        assert_eq!(
+            unstated,
+            ["density_kg_m3", "damping_ratio", "stiffness_n_m"],
+            "what was not asked is not stated"
+        );
+
+        answers[MODULUS] = None;
+        answers[7] = Some(0.6);
+        let packed = file(answers, None).text;
+        assert!(
+            packed.contains("\nfill_factor = 0.6 ") && packed.contains("\n# youngs_modulus_pa = "),
+            "{packed}"
+        );
+        let named = file(answers, Material::find("PA6.12")).text;
+        assert!(
+            named.contains("\nmaterial = \"PA6.12\" ")
+                && named.contains("# E = 3.31 GPa, ρ = 1060 kg/m³, dry;"),
+            "{named}"
+        );
+        assert!(
+            !named.contains("youngs_modulus_pa") && !named.contains("density_kg_m3"),
+            "{named}"
+        );
+        let document = Document::parse(&named, "brush.toml").expect("a document");
+        assert_eq!(
+            document
+                .settings()
+                .expect("settings")
+                .filament
+                .youngs_modulus_pa,
+            3.31e9
+        );
+        answers[7] = Some(20_000.0);
+        let unusual = file(answers, None).unusual;
+        assert!(
+            unusual
+                .iter()
+                .any(|unusual| unusual.statement.contains("fit on the body")),
+            "{unusual:?}"
+        );
+        answers[10] = Some(50e-3);
+        let wrong = first_file(ToolKind::Round, answers, None, "brush.toml");
+        assert!(
+            wrong
+                .expect_err("too deep")
+                .to_string()
+                .contains("`process.penetration_depth_m`")
+        );
+    }
+
+    #[test]
+    fn cups_and_cones_are_stated_in_degrees_and_diameters() {
+        let texts = ["25", "0,5", "3", "10", "200", "1500", "0.3", "3000", "1"];
+        let answers = |kind, angle: Option<f64>| {
+            let mut answers = typed(texts);
+            let reach = reach_m(kind, angle, [0.025, 0.010]);
+            answers[SIZE] = Some(QUESTIONS[SIZE].answer("70", reach).expect("a size"));
+            answers[ANGLE] = angle;
+            answers
+        };
+        let read = |text: &str| {
+            Document::parse(text, "brush.toml")
+                .and_then(|file| file.settings())
+                .expect("settings")
+        };
+        let cup = first_file(
+            ToolKind::Cup,
+            answers(ToolKind::Cup, None),
+            None,
+            "brush.toml",
+        )
+        .expect("a cup");
+        let settings = read(&cup.text);
+        assert_eq!(
+            (settings.tool.kind, settings.tool.body_radius_m),
+            (ToolKind::Cup, 0.030),
+            "35 mm less half of the width"
+        );
+        let FirstFile { text, note, .. } = cup;
+        assert!(
+            note.contains("so that there is no section [brush]") && !text.contains("\n[brush]"),
+            "{text}"
+        );
+        assert!(
+            text.contains("\n# The tips are 2.242 diameters apart")
+                && text.contains("bristle simulate"),
+            "{text}"
+        );
+        assert!(
+            text.lines().all(|line| line.chars().count() <= 100),
+            "{text}"
+        );
+
+        let angle = Some(30_f64.to_radians());
+        let mut of_cone = answers(ToolKind::Cone, angle);
+        let cone = first_file(ToolKind::Cone, of_cone, None, "brush.toml")
+            .expect("a cone")
+            .text;
+        assert!(
+            cone.contains("\nfilament_angle_deg = 30.0 ") && cone.contains("\nkind = \"cone\" "),
+            "{cone}"
+        );
+        let settings = read(&cone);
+        assert!((settings.tool.tilt_rad() - 60_f64.to_radians()).abs() < 1e-12);
+        let largest = Trim::of(&settings)
+            .ends()
+            .map(|s| Trim::of(&settings).tip(s)[0])
+            .into_iter()
+            .fold(0.0, f64::max);
+        assert!((largest - 0.035).abs() < 1e-9, "{largest}");
+        of_cone[ANGLE] = None;
+        let missing = first_file(ToolKind::Cone, of_cone, None, "brush.toml")
+            .expect_err("no angle")
+            .to_string();
+        assert!(
+            missing.contains("`tool.filament_angle_rad` is left out"),
+            "{missing}"
+        );
+
+        // Rows of a tilted round brush differ.
+        let mut tilted = typed(["40", "1,18", "3", "20", "360", "10500", "0.3", "1500", "4"]);
+        tilted[TILT] = Some(0.1);
+        let text = file(tilted, None).text;
+        assert!(
+            text.contains("\n[brush] ") && text.contains("\nends = \"free\" "),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn answers_are_read_as_people_type_them() {
+        let question = |option: &str| {
+            let mut questions = QUESTIONS.iter();
+            questions
+                .find(|question| question.option.starts_with(option))
+                .expect(option)
+        };
+        for (option, text, expected) in [
+            ("--diameter-mm", " 1,18 ", 1.18e-3),
+            ("--diameter-mm", "600µm", 0.6e-3),
+            ("--length-mm", "4 cm", 0.04),
+            ("--youngs-modulus-gpa", "3310 N/mm²", 3.31e9),
+            ("--filaments", "60 %", 0.6),
+            ("--tool-diameter", "360", 0.14),
+            ("--tool-diameter", "Diameter 280,5 mm", 0.10025),
+            ("--tool-diameter", "body 280", 0.14),
+            ("--tool-diameter", "Radius 14 cm", 0.14),
+            ("--max-rpm", "20 Hz", 1200.0),
+            ("--filament-angle", "90", std::f64::consts::FRAC_PI_2),
+            ("--tilt-deg", "-90 °", -std::f64::consts::FRAC_PI_2),
+        ] {
+            assert_eq!(question(option).answer(text, 0.04), Ok(expected), "{text}");
+        }
+        for (option, text, part) in [
+            (
+                "--length-mm",
+                "long",
+                "is not a number: please type one, such as 4.5 or 4,5 mm",
+            ),
+            ("--length-mm", "1.2,3", "is not a number"),
+            (
+                "--length-mm",
+                "4 in",
+                "has another unit: please use m, mm, cm, µm",
+            ),
+            (
+                "--length-mm",
+                "-4",
+                "`filament.length_m` is -0.004, but must be",
+            ),
+            (
+                "--filaments",
+                "10,500",
+                "may separate decimals or thousands: write 10500",
+            ),
+            (
+                "--filaments",
+                "100 %",
+                "has another unit: please use no unit, or below 100 %",
+            ),
+            (
+                "--tool-diameter",
+                "60",
+                "`tool.body_radius_m` is -0.01, but must be",
+            ),
+            (
+                "--tool-diameter",
+                "60",
+                "half the diameter over the filaments, less what they reach beyond the body",
+            ),
+            ("--tool-diameter", "", "is not a number"),
+        ] {
+            let problem = question(option).answer(text, 0.04).expect_err(text);
+            assert!(problem.contains(part), "{text}: {problem}");
+        }
+        let slip = question("--diameter-mm").unusual(0.6).expect("unusual");
+        assert!(
+            slip.statement
+                .contains("`filament.diameter_m` is 0.6 m; usually it is from 2e-5 to 0.005 m"),
+            "{slip:?}"
+        );
+        assert_eq!(question("--filaments").unusual(0.6), None);
+    }
+}

@@ -1,0 +1,155 @@
+//! Coefficients of friction of abrasive filaments on workpieces, for files that do not state
+//! theirs.
+//!
+//! No measured coefficients of such filaments were found, so that each range is a guess, as wide as
+//! what was found of similar pairs.
+
+use crate::text::layout::wrap;
+use crate::text::number::short;
+
+/// Path of the setting.
+pub const FRICTION: &str = "contact.friction_coefficient";
+
+/// What removes the doubt about a coefficient that is not stated.
+pub const REMEDY: &str = "Measured forces remove this doubt: name them in [measured], or drag the brush (docs/trust.md).";
+
+/// Abrasive polyamide filaments on a workpiece.
+#[derive(Debug)]
+pub struct Pairing {
+    /// What the workpiece is made of.
+    pub workpiece: &'static str,
+    /// `"dry"` or `"wet"`: with water, coolant or oil.
+    pub condition: &'static str,
+    /// The least and the largest coefficient to expect.
+    pub range: [f64; 2],
+    /// Where the range comes from.
+    pub source: &'static str,
+}
+
+/// All pairings, by workpiece.
+pub const PAIRINGS: &[Pairing] = &[
+    Pairing {
+        workpiece: "steel",
+        condition: "dry",
+        range: [0.2, 0.6],
+        source: "a guess about plain polyamide on steel: 0.3 (PTC, Windchill Risk and Reliability, friction coefficients), 0.4 \
+                 (Engineering ToolBox, friction coefficients). Grains that cut can have more",
+    },
+    Pairing {
+        workpiece: "steel",
+        condition: "wet",
+        range: [0.05, 0.4],
+        source: "a guess: a lubricant carries polyamide; grains that cut reach through it",
+    },
+    Pairing {
+        workpiece: "ceramics",
+        condition: "dry",
+        range: [0.1, 0.6],
+        source: "a guess: as on steel, or less where hard grains slide without cutting, as diamond does on metal with 0.1 to 0.15 \
+                 (Engineering ToolBox)",
+    },
+    Pairing {
+        workpiece: "ceramics",
+        condition: "wet",
+        range: [0.05, 0.4],
+        source: "a guess: as on wet steel",
+    },
+    Pairing {
+        workpiece: "wood",
+        condition: "dry",
+        range: [0.2, 0.7],
+        source: "a guess about metal on dry wood: 0.2 to 0.6 (Engineering ToolBox). Grains that cut can have more",
+    },
+    Pairing {
+        workpiece: "wood",
+        condition: "wet",
+        range: [0.1, 0.6],
+        source: "a guess about metal on wet wood: 0.2 (Engineering ToolBox)",
+    },
+];
+
+impl Pairing {
+    fn range_text(&self) -> String {
+        let [least, largest] = self.range.map(short);
+        format!("{least} to {largest}")
+    }
+}
+
+/// The least and the largest coefficient of all pairings.
+#[must_use]
+pub fn range_of_all() -> [f64; 2] {
+    PAIRINGS.iter().fold(
+        [f64::INFINITY, 0.0],
+        |[least, largest], Pairing { range, .. }| [range[0].min(least), range[1].max(largest)],
+    )
+}
+
+/// The ranges of all pairings in a sentence.
+#[must_use]
+pub fn ranges() -> String {
+    let [least, largest] = range_of_all().map(short);
+    let workpieces = PAIRINGS
+        .chunk_by(|one, next| one.workpiece == next.workpiece)
+        .map(|pairings| {
+            let ranges = pairings
+                .iter()
+                .map(|pairing| format!("{} {}", pairing.condition, pairing.range_text()));
+            format!(
+                "on {} {}",
+                pairings[0].workpiece,
+                ranges.collect::<Vec<_>>().join(", ")
+            )
+        });
+    let workpieces = workpieces.collect::<Vec<_>>().join("; ");
+    format!("Abrasive filaments may have {least} to {largest}: {workpieces}.")
+}
+
+/// All pairings with their sources, in lines of at most `width` columns.
+#[must_use]
+pub fn pairing_list(width: usize) -> String {
+    let mut text = String::new();
+    for pairing in PAIRINGS {
+        let Pairing {
+            workpiece,
+            condition,
+            source,
+            ..
+        } = pairing;
+        wrap(
+            width,
+            &mut text,
+            &format!("  {workpiece:8} {condition}  {:13}", pairing.range_text()),
+            source,
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairings_have_ranges_and_sources() {
+        for Pairing {
+            workpiece,
+            condition,
+            range: [least, largest],
+            source,
+        } in PAIRINGS
+        {
+            assert!(
+                (0.0..*largest).contains(least) && !source.is_empty(),
+                "{workpiece}, {condition}"
+            );
+        }
+        assert_eq!(range_of_all(), [0.05, 0.7]);
+        let ranges = ranges();
+        assert!(
+            ranges.starts_with(
+                "Abrasive filaments may have 0.05 to 0.7: on steel dry 0.2 to 0.6, wet "
+            ),
+            "{ranges}"
+        );
+    }
+}
