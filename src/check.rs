@@ -121,7 +121,7 @@ impl Settings {
                 "tool.filament_angle_rad",
                 tool.filament_angle_rad(),
                 "π/2 with [brush]: filaments that touch each other are simulated on radial trims only; leave [brush] out, \
-                          or run with --without-interaction, for filaments alone",
+                          or run with --alone, for filaments alone",
             ));
         }
         Ok(())

@@ -14,7 +14,7 @@ use bristle::model::settings::{BrushSettings, Settings};
 use bristle::simulation::{Sampling, simulate_with};
 use bristle_app::insight::measured::{compare, comparison_table, unusual_points, write_comparison};
 use bristle_app::store::checkpoint::{read_checkpoint, state_bytes, state_of, write_checkpoint};
-use bristle_app::store::journal::Journal;
+use bristle_app::store::journal::{StudyKeys, header};
 use bristle_app::store::results::{
     FileHashes, case_text, read_brush_history, read_case, read_contacts, read_filaments,
     read_history, read_interaction, read_profile, read_runs, read_shapes, read_study,
@@ -383,18 +383,15 @@ fn round_trip<T: PartialEq + std::fmt::Debug>(
 /// cut off is read as before.
 pub fn journal(bytes: &[u8]) -> Result<(), String> {
     let (bytes, Written { study, results, .. }) = (expanded(bytes), written());
-    let journal = Journal::new(study);
-    let contents = journal.read(study, bytes.as_slice()).map_err(refused)?;
-    assert_eq!(contents.intact + contents.torn, bytes.len() as u64);
-    for (read, written) in contents.results.iter().zip(results) {
+    let keys = StudyKeys::new(study);
+    let (read, length) = keys.read(bytes.as_slice()).map_err(refused)?;
+    assert_eq!(length.intact + length.torn, bytes.len() as u64);
+    for (read, written) in read.iter().zip(results) {
         assert!(read.as_ref().is_none_or(|read| read == written));
     }
-    let again = journal.read(study, &bytes[..contents.intact as usize]);
-    let again = again.expect("the intact part is intact");
-    assert_eq!(
-        (&again.results, again.intact, again.torn),
-        (&contents.results, contents.intact, 0)
-    );
+    let again = keys.read(&bytes[..length.intact as usize]);
+    let (again, rest) = again.expect("the intact part is intact");
+    assert_eq!((again, rest.intact, rest.torn), (read, length.intact, 0));
     Ok(())
 }
 
@@ -446,10 +443,10 @@ fn study_of(file: &str) -> (Study, Vec<CaseResult>) {
 }
 
 fn journal_of(study: &Study, results: &[CaseResult]) -> Vec<u8> {
-    let journal = Journal::new(study);
-    let entries = results.iter().enumerate();
-    let entries = entries.map(|(case, result)| journal.entry(case, result));
-    (journal.header().to_owned() + &entries.collect::<String>()).into_bytes()
+    let keys = StudyKeys::new(study);
+    let lines = results.iter().enumerate();
+    let lines = lines.map(|(case, result)| keys.line(case, result));
+    (header().to_owned() + &lines.collect::<String>()).into_bytes()
 }
 
 /// A brush of three filaments that touch each other, on its way.

@@ -17,7 +17,7 @@ Names are those of the input file (``docs/input.md``) and of the result files
 - Many cases: `study`, `Study`, `Advice`; on clusters, the module `bristle.distributed`
 - Numbers of segments and tolerances that are enough: `converge`, `Convergence`
 - Settings from measured forces, or from the radii of an edge: `calibrate`, `Calibration`
-- Edges that grow round, and filaments that wear: `remove`, `Removal`
+- Edges that grow round, and filaments that wear: `wear`, `Removal`
 - Equations of motion: `accelerations`, `evaluate`, `Evaluation`, `derive`
 """
 
@@ -39,7 +39,7 @@ from bristle._errors import (
     SimulationError,
 )
 from bristle._metrics import BrushMetrics, ContactMetrics, Metrics, Statistics
-from bristle._removal import Removal, remove
+from bristle._removal import Removal, wear
 from bristle._settings import Settings, load
 from bristle._study import Advice, Study, study
 from bristle._table import Table
@@ -72,7 +72,7 @@ __all__ = [
     "Convergence",
     "calibrate",
     "Calibration",
-    "remove",
+    "wear",
     "Removal",
     "accelerations",
     "evaluate",

@@ -26,8 +26,8 @@ __all__ = [
     "evaluate",
     "paper",
     "read_input",
-    "remove",
     "simulate",
+    "wear",
 ]
 
 MOST_CONTROL_POINTS: int
@@ -114,7 +114,7 @@ class Cases:
     def simulate(self, cases: Sequence[int], tell: Callable[[], object]) -> str: ...
 
 def paper(brushing_velocity_m_s: float, penetration_depth_m: float) -> str: ...
-def read_input(path: str) -> tuple[str, list[list[float]] | None]: ...
+def read_input(path: str) -> tuple[str, list[list[float]] | None, str | None]: ...
 def simulate(
     input: Input,
     samples: int,
@@ -140,7 +140,7 @@ def calibrate(
 def converge(
     input: Input, means: tuple[int | None, str | None], tell: TellShare | None
 ) -> tuple[str, str]: ...
-def remove(
+def wear(
     input: Input, means: tuple[int | None, str | None], tell: TellShare | None
 ) -> tuple[_Columns, _Columns, dict[str, Any], str, list[str]]: ...
 def accelerations(

@@ -103,7 +103,7 @@ def brush(
     memory_bytes: int | None = None,
     progress: bool | TellShare = True,
 ) -> Brush:
-    """Simulates the filaments of the section ``[brush]``, as ``bristle brush`` does.
+    """Simulates the filaments of the section ``[brush]``, as ``bristle simulate`` does.
 
     It can take minutes. The tool is the round one of the settings. Other threads of Python go on meanwhile; Ctrl-C stops it.
 

@@ -16,7 +16,7 @@ from bristle._settings import Settings, checked
 class Convergence:
     """Metrics over numbers of segments and tolerances, as `converge` returns them.
 
-    Printed, it is the text of ``bristle converge``.
+    Printed, it is the text of ``bristle simulate --converge``.
     """
 
     def __init__(self, settings: Settings, numbers: Mapping[str, Any], text: str) -> None:
@@ -57,7 +57,7 @@ def converge(
     out: str | PathLike[str] | None = None,
     progress: bool | TellShare = True,
 ) -> Convergence:
-    """Judges the number of segments and the tolerances, as ``bristle converge`` does.
+    """Judges the number of segments and the tolerances, as ``bristle simulate --converge`` does.
 
     Args:
         settings: The contact, or with ``[brush]`` the filaments that touch.

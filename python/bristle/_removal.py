@@ -20,9 +20,9 @@ _Columns = tuple[Mapping[str, Column], Mapping[str, str]]
 
 
 class Removal:
-    """An edge that grows round, as `remove` returns it.
+    """An edge that grows round, as `wear` returns it.
 
-    Printed, it is the text of ``bristle remove``.
+    Printed, it is the text of ``bristle wear``.
     """
 
     def __init__(
@@ -139,20 +139,20 @@ class Removal:
         return self._text
 
 
-def remove(
+def wear(
     settings: Settings,
     *,
     threads: int | None = None,
     out: str | PathLike[str] | None = None,
     progress: bool | TellShare = True,
 ) -> Removal:
-    """Follows an edge that grows round and filaments that wear, as ``bristle remove`` does.
+    """Follows an edge that grows round and filaments that wear, as ``bristle wear`` does.
 
     Args:
         settings: The brush, an edge or a chamfer, and ``[removal]``: a coefficient or what one
             trial showed, and when to end.
         threads: Number of threads, by default one per core; changes no result.
-        out: A directory for the files of ``bristle remove``, without figures of their own:
+        out: A directory for the files of ``bristle wear``, without figures of their own:
             ``removal.csv``, ``edge_work.csv``, ``removal.html``.
         progress: Whether to show progress, or a function that is called with the share of the
             present batch of passes that is done.
@@ -164,7 +164,7 @@ def remove(
     threads = arguments.whole_or_none("threads", threads, 1)
     place = None if out is None else arguments.path("out", out)
     with of_share(progress, "the removal") as tell:
-        found = _bristle.remove(checked(settings), (threads, place), tell)
+        found = _bristle.wear(checked(settings), (threads, place), tell)
     history, edge_work, numbers, text, warnings = found
     warn_of_all(warnings)
     return Removal(settings, history, edge_work, numbers, text)

@@ -32,6 +32,8 @@ _SECTIONS: Final[tuple[str, ...]] = (
     "uncertainty",
     "brush",
     "removal",
+    "measured",
+    "goal",
     "study",
 )
 
@@ -47,10 +49,14 @@ def _plain(value: Any, path: str = "") -> Any:
 
     What is too large is refused before anything is copied.
     """
+    if isinstance(value, np.floating):
+        return float(value)
     if hasattr(value, "tolist"):
         if np.ma.is_masked(value):
             raise SettingsError(f"`{path}` has masked elements: fill them", path)
         _check_size(path, getattr(value, "shape", ()))
+        if isinstance(value, np.ndarray) and value.dtype.kind == "f":
+            value = value.astype(float)
         return _plain(value.tolist(), path)
     if isinstance(value, Mapping):
         dot = "." if path else ""
@@ -132,6 +138,8 @@ class Settings:
         uncertainty: Section | None = None,
         brush: Section | None = None,
         removal: Section | None = None,
+        measured: Section | None = None,
+        goal: Section | None = None,
         study: Section | None = None,
     ) -> None:
         """Checks the sections of an input file.
@@ -145,7 +153,9 @@ class Settings:
             solver: Tolerance and number of samples.
             uncertainty: Standard deviations of filaments and friction.
             brush: Pattern of the filaments that touch each other; ``{}`` has defaults.
-            removal: Coefficients of removal and wear, and when to end, for `bristle.remove`.
+            removal: Coefficients of removal and wear, and when to end, for `bristle.wear`.
+            measured: ``file``, the path of a table of measured forces, and how it is written.
+            goal: What a study is asked for, such as ``target_force_n``.
             study: Values of swept settings, for `bristle.study`.
 
         Raises:
@@ -161,6 +171,8 @@ class Settings:
             uncertainty,
             brush,
             removal,
+            measured,
+            goal,
             study,
         )
         self._state(dict(zip(_SECTIONS, sections, strict=True)), _NAME)
@@ -336,7 +348,7 @@ def checked_study(settings: Settings) -> _bristle.Input:
 def load(path: str | PathLike[str]) -> Settings:
     """The settings that an input file of the program states.
 
-    The section ``[measured]`` is left out. A table of control points is read.
+    A table of control points is read. The path of measured forces becomes one from here.
 
     Args:
         path: A TOML file; ``docs/input.md`` describes it.
@@ -346,8 +358,10 @@ def load(path: str | PathLike[str]) -> Settings:
         OSError: If it cannot be read.
     """
     file = arguments.path("path", path)
-    text, points = _bristle.read_input(file)
+    text, points, measured = _bristle.read_input(file)
     stated = tomllib.loads(text)
+    if measured is not None:
+        stated["measured"]["file"] = measured
     if points is not None:
         del stated["workpiece"]["control_points_csv"]
         stated["workpiece"]["control_points_m"] = points

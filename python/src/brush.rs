@@ -59,15 +59,17 @@ pub fn brush(
     };
     let stop = Stop::default();
     let simulated = on_a_thread_sharing(py, &stop, tell, |tell| {
-        let mut state = Vec::new();
-        let (settings, result) = press_brush(&settings, &stop, |settings| {
-            let mut run = BrushRun::new(settings, options)?.until(&stop);
-            while run.advance()? {
-                tell(run.done());
-            }
-            state = state_bytes(&run.checkpoint());
-            run.finish()
-        })?;
+        let (settings, (mut result, state), stiffness) =
+            press_brush(&settings, &stop, |settings| {
+                let mut run = BrushRun::new(settings, options)?.until(&stop);
+                while run.advance()? {
+                    tell(run.done());
+                }
+                let state = state_bytes(&run.checkpoint());
+                let result = run.finish()?;
+                Ok::<_, BrushError>((result.tool.tool_contact_normal_force_n, (result, state)))
+            })?;
+        result.tool.force_stiffness_n_m = stiffness;
         Ok((settings, result, state))
     })?;
     let (settings, result, state) = simulated.map_err(of_brush)?;
@@ -177,7 +179,7 @@ impl SimulatedBrush {
         })
     }
 
-    /// The page that `bristle brush` writes, without what the file leaves to its defaults.
+    /// The page that `bristle simulate` writes, without what the file leaves to its defaults.
     fn page(&self, py: Python<'_>, name: &str) -> String {
         let BrushResult {
             filaments,

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::sync::Mutex;
 
 use bristle::simulation::{Sampling, Stop};
-use bristle_app::store::journal::Journal;
+use bristle_app::store::journal::{StudyKeys, header};
 use bristle_study::grid::{CaseResult, Study, simulate_cases};
 use pyo3::prelude::*;
 
@@ -18,7 +18,7 @@ use crate::study::{UNBROKEN, of_run};
 #[pyclass(frozen, module = "bristle._bristle")]
 pub struct Cases {
     study: Study,
-    journal: Journal,
+    keys: StudyKeys,
 }
 
 #[pymethods]
@@ -27,7 +27,7 @@ impl Cases {
     fn new(input: &Input) -> PyResult<Self> {
         let study = input.document()?.study().map_err(of_input)?;
         Ok(Self {
-            journal: Journal::new(&study),
+            keys: StudyKeys::new(&study),
             study,
         })
     }
@@ -40,12 +40,12 @@ impl Cases {
         }
         let stop = Stop::default();
         let tell = |py: Python<'_>| tell.call0(py).map(drop);
-        let lines = Mutex::new(self.journal.header().to_owned());
+        let lines = Mutex::new(header().to_owned());
         let done = |case, result: CaseResult| {
             lines
                 .lock()
                 .expect(UNBROKEN)
-                .push_str(&self.journal.entry(case, &result));
+                .push_str(&self.keys.line(case, &result));
             ControlFlow::Continue(())
         };
         let one = NonZeroUsize::new(1);

@@ -5,11 +5,14 @@ use std::path::{Path, PathBuf};
 
 use bristle::model::settings::{Settings, WorkpieceKind};
 use bristle_app::store::staged::{
-    Occupied, occupy, prepare_directory, read_document, read_input as read_file,
+    Occupied, occupy, prepare_directory, read_document, read_input as read_file, read_table,
+    relative_to,
 };
 use bristle_study::input::document::Document;
 use bristle_study::input::input_error::InputError;
+use bristle_study::input::measured::{Measurement, read_measured};
 use bristle_study::input::plausibility::{unusual, unusual_in_study};
+use bristle_study::input::statement::Statement;
 use pyo3::prelude::*;
 
 use crate::error::{of_document, of_file, of_input, of_settings};
@@ -44,6 +47,21 @@ impl Input {
         path.file_name()
             .unwrap_or(path.as_os_str())
             .to_string_lossy()
+    }
+
+    /// What the text states of a study besides its cases.
+    pub fn statement(&self) -> PyResult<Statement> {
+        Ok(Statement::of(&self.document()?, &self.short_name()))
+    }
+
+    /// The measured forces that the text names.
+    pub fn measured(&self) -> PyResult<Vec<Measurement>> {
+        let document = self.document()?;
+        let Some((file, format)) = document.measured() else {
+            return Ok(Vec::new());
+        };
+        let table = read_table(Path::new(file)).map_err(of_file)?;
+        read_measured(&table, file, format).map_err(of_settings)
     }
 
     /// What the text states.
@@ -117,10 +135,10 @@ pub fn paper(brushing_velocity_m_s: f64, penetration_depth_m: f64) -> PyResult<S
     serde_json::to_string(&settings).map_err(of_settings)
 }
 
-/// The text of an input file, once it has been checked, and the control points in m that it takes
-/// from another file.
+/// The text of an input file, once it has been checked, the control points in m that it takes from
+/// another file, and the path of its measured forces from here.
 #[pyfunction]
-pub fn read_input(path: PathBuf) -> PyResult<(String, Option<Vec<[f64; 2]>>)> {
+pub fn read_input(path: PathBuf) -> PyResult<(String, Option<Vec<[f64; 2]>>, Option<String>)> {
     let text = read_file(&path).map_err(of_file)?;
     let name = path.to_string_lossy();
     let document = read_document(&path, &text, &name, &[]).map_err(of_document)?;
@@ -131,7 +149,10 @@ pub fn read_input(path: PathBuf) -> PyResult<(String, Option<Vec<[f64; 2]>>)> {
         }
         _ => None,
     };
-    Ok((text, points))
+    let measured = document
+        .measured()
+        .map(|(file, _)| relative_to(&path, file).to_string_lossy().into_owned());
+    Ok((text, points, measured))
 }
 
 /// The directory `out`, if there is one, made and occupied for files of these names.

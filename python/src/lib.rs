@@ -40,7 +40,7 @@ fn _bristle(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(brush::brush, module)?)?;
     module.add_function(wrap_pyfunction!(calibration::calibrate, module)?)?;
     module.add_function(wrap_pyfunction!(convergence::converge, module)?)?;
-    module.add_function(wrap_pyfunction!(removal::remove, module)?)?;
+    module.add_function(wrap_pyfunction!(removal::wear, module)?)?;
     module.add_function(wrap_pyfunction!(equations::accelerations, module)?)?;
     module.add_function(wrap_pyfunction!(equations::evaluate, module)?)?;
     module.add_function(wrap_pyfunction!(equations::derive, module)?)

@@ -9,7 +9,7 @@ use bristle_app::report::removal::{removal_text, warnings};
 use bristle_app::run::removal::{OF_REMOVAL, write_removal};
 use bristle_app::store::results::absent_from;
 use bristle_study::grid::Resources;
-use bristle_study::grid::removal::{Removal, remove as followed};
+use bristle_study::grid::removal::{Removal, remove};
 use bristle_study::grid::uncertainty::check;
 use bristle_study::text::layout::{WIDTH, Warning};
 use pyo3::prelude::*;
@@ -33,7 +33,7 @@ type Followed<'py> = (
 /// of `edge_work.csv`, numbers of the whole, its text, and its warnings. Its files are written to
 /// the directory `out`, if there is one.
 #[pyfunction]
-pub fn remove<'py>(
+pub fn wear<'py>(
     py: Python<'py>,
     input: &Input,
     means: (Option<NonZeroUsize>, Option<PathBuf>),
@@ -49,7 +49,7 @@ pub fn remove<'py>(
         memory: None,
     };
     let removal = on_a_thread_sharing(py, &stop, tell, |tell| {
-        followed(&settings, resources, &stop, &|passes, of| {
+        remove(&settings, resources, &stop, &|passes, of| {
             tell(passes as f64 / of as f64)
         })
     })?;

@@ -16,8 +16,8 @@ use bristle_app::insight::advice::{Limits, advise};
 use bristle_app::insight::assumptions::Assumptions;
 use bristle_app::insight::warnings::of_study;
 use bristle_app::report::page::Recorder;
-use bristle_app::run::{Means, Observer, RunError, StudyRun, Subject, page_of};
-use bristle_app::store::journal::Journal;
+use bristle_app::run::{Means, Observer, RunError, StudyRun, Subject, TakeError, page_of};
+use bristle_app::store::journal;
 use bristle_app::store::results::{
     Cell, FIXED_COLUMNS, Origin, read_runs, read_study, run_columns, run_rows, study_text,
     write_runs,
@@ -76,7 +76,6 @@ pub fn of_run(error: RunError) -> PyErr {
 pub struct PendingStudy {
     input: Py<Input>,
     study: Study,
-    journal: Journal,
     /// The tool in place of that of the settings.
     tool: Option<Py<SampledTool>>,
     /// `None` while it is simulated, and once it is closed.
@@ -112,7 +111,6 @@ impl PendingStudy {
             None => StudyRun::new(study.clone()),
         };
         Ok(Self {
-            journal: Journal::new(&study),
             input,
             study,
             tool,
@@ -140,19 +138,17 @@ impl PendingStudy {
     /// Takes a journal of cases that were simulated elsewhere. A case that has a result keeps it.
     fn take(&self, lines: &str) -> PyResult<()> {
         let mut guard = self.run();
-        let run = open(&mut guard)?;
-        let mut written = Ok(());
-        let read = self
-            .journal
-            .read_each(&self.study, lines.as_bytes(), |case, result| {
-                if written.is_ok() {
-                    written = run.take(case, result);
-                }
-            });
-        if read.map_err(of_value)?.torn > 0 {
-            return Err(of_value("they are damaged"));
-        }
-        written.map_err(of_run)
+        let taken = open(&mut guard)?.take_all(|take| {
+            let length = journal::read(lines.as_bytes(), take).map_err(of_value)?;
+            if length.torn > 0 {
+                return Err(of_value("they are damaged"));
+            }
+            Ok(())
+        });
+        taken.map_err(|error| match error {
+            TakeError::Journal(error) => error,
+            TakeError::Run(error) => of_run(error),
+        })
     }
 
     /// Simulates the cases without a result, and writes the files if they go anywhere. Calls `tell`
@@ -189,7 +185,7 @@ impl PendingStudy {
         let results = if run.journal().is_some() {
             let input = self.input.get();
             let finish = || {
-                let finished = run.finish(&input.short_name(), &input.document()?, &[], &means);
+                let finished = run.finish(&input.statement()?, &input.measured()?, &means);
                 Ok::<_, PyErr>(Some(finished.map_err(of_run)?.results))
             };
             on_a_thread_telling(py, &stop, tell, finish)??
@@ -372,10 +368,11 @@ impl SimulatedStudy {
         let stop = Stop::default();
         on_a_thread(py, &stop, || {
             let recorder = Recorder::new(&self.study).until(&stop);
-            let assumptions = Assumptions::of_study(&self.study, &self.results, &input.document()?);
-            let (name, origin) = (input.short_name(), Origin::here());
+            let statement = input.statement()?;
+            let assumptions = Assumptions::of_study(&self.study, &self.results, &statement);
+            let origin = Origin::here();
             let subject = Subject {
-                name: &name,
+                statement: &statement,
                 origin: &origin,
                 assumptions: &assumptions,
                 answer: None,

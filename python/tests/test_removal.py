@@ -28,7 +28,7 @@ def edge() -> bristle.Settings:
 
 def test_an_edge_grows_as_the_program_says(edge: bristle.Settings, tmp_path: Path) -> None:
     shares: list[float] = []
-    found = bristle.remove(edge, out=tmp_path / "out", threads=1, progress=shares.append)
+    found = bristle.wear(edge, out=tmp_path / "out", threads=1, progress=shares.append)
     names = ["edge_work.csv", "removal.csv", "removal.html"]
     assert sorted(file.name for file in (tmp_path / "out").iterdir()) == names
     for table, name in [(found.history, "removal.csv"), (found.edge_work, "edge_work.csv")]:
@@ -51,19 +51,19 @@ def test_an_edge_grows_as_the_program_says(edge: bristle.Settings, tmp_path: Pat
 
 
 def test_a_trial_takes_the_place_of_the_coefficient(edge: bristle.Settings) -> None:
-    whole = bristle.remove(edge, progress=False)
+    whole = bristle.wear(edge, progress=False)
     trial = {
         "observed": {"edge_radius_m": whole.edge_radius_m, "time_s": whole.time_s},
         "preston_m2_n": None,
     }
-    found = bristle.remove(edge.replace(removal=trial), progress=False)
+    found = bristle.wear(edge.replace(removal=trial), progress=False)
     assert found.preston_m2_n == pytest.approx(2e-14, rel=1e-3)
 
 
 def test_figures_show_the_radius(edge: bristle.Settings) -> None:
     pytest.importorskip("matplotlib")
     chamfer = {"kind": "chamfer", "chamfer_width_m": 1e-3}
-    found = bristle.remove(
+    found = bristle.wear(
         edge.replace(workpiece=chamfer, removal={"until": {"turns": 20.0}}), progress=False
     )
     assert len(found.included_angles_rad) == 2 and "second_edge_radius_m" in found.history
@@ -75,7 +75,7 @@ def test_figures_show_the_radius(edge: bristle.Settings) -> None:
 def test_what_cannot_be_followed_is_refused(edge: bristle.Settings) -> None:
     def refused(message: str, settings: bristle.Settings) -> None:
         with pytest.raises(bristle.SettingsError, match=message):
-            bristle.remove(settings, progress=False)
+            bristle.wear(settings, progress=False)
 
     refused("has no edge that grows round", bristle.Settings.paper(10.0, 1e-3))
     refused("at the start", edge.replace(removal={"until": {"edge_radius_m": 0.05e-3}}))
@@ -84,7 +84,7 @@ def test_what_cannot_be_followed_is_refused(edge: bristle.Settings) -> None:
 
 
 def test_radii_give_the_coefficient(edge: bristle.Settings, tmp_path: Path) -> None:
-    history = bristle.remove(edge, progress=False).history
+    history = bristle.wear(edge, progress=False).history
     rows = [40, 80, 120, 160, 200]
     measured = {
         "time_s": history["time_s"][rows],
@@ -99,7 +99,7 @@ def test_radii_give_the_coefficient(edge: bristle.Settings, tmp_path: Path) -> N
     assert "the square root of time fits the radii" in str(found)
     removal = found.settings.removal
     assert removal is not None and removal["preston_m2_n"] == found.values["removal.preston_m2_n"]
-    assert bristle.remove(found.settings, progress=False).edge_radius_m == pytest.approx(0.2e-3)
+    assert bristle.wear(found.settings, progress=False).edge_radius_m == pytest.approx(0.2e-3)
     assert (tmp_path / "out" / "calibrated.toml").is_file()
     [axes] = found.plot().axes
     assert axes.get_xlabel() == "time in s"

@@ -1090,7 +1090,7 @@ pub struct RemovalSettings {
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "schema", schemars(with = "f64"))]
     pub edge_feed_velocity_m_s: Option<f64>,
-    /// When `bristle remove` ends: at this radius of the edge, or after these turns or this time.
+    /// When `bristle wear` ends: at this radius of the edge, or after these turns or this time.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "schema", schemars(with = "RemovalGoal"))]
     pub until: Option<RemovalGoal>,

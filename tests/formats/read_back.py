@@ -3,7 +3,7 @@
     python read_back.py STUDY RESULTS...
 
 STUDY is a directory of `bristle study`, of a build with the feature `parquet`. Each RESULTS is a directory of `bristle simulate
---samples N --vtk=N` of such a build, or of `bristle brush --vtk` with equal filaments. Prints what agrees, or says what does not and
+--samples N --vtk=N` of such a build, or of `bristle simulate --vtk` with equal filaments. Prints what agrees, or says what does not and
 ends with status 1.
 """
 

@@ -4,7 +4,7 @@
 //
 // REPORTS holds pages that `bristle study` has written (see .ci/run): paper.html of examples/zirconia.toml, deburring.html of
 // examples/deburring.toml, and smaller ones that sweep three settings, one, and none, simulate three turns, compare tools, and tilt a cup. brush.html of
-// examples/brush.toml and tilted.html are pages that `bristle brush` has written.
+// examples/brush.toml and tilted.html are pages that `bristle simulate` has written.
 
 import assert from "node:assert/strict";
 import fs from "node:fs";

@@ -3,15 +3,13 @@
 use std::process::ExitCode;
 
 use bristle::equations::VERSION;
-use bristle_study::input::schema::input_schema;
 use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::commands::{
-    advise, brush, calibrate, compare, compare_studies, completions, converge, derive, evaluate,
-    explain, merge, new, plot, remove, simulate, study,
+    advise, calibrate, compare, completions, derive, evaluate, explain, new, report, simulate,
+    study, wear,
 };
 use crate::error::CliError;
-use crate::terminal::print;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -19,13 +17,13 @@ Examples:
   bristle explain friction_coefficient         say what a key of it means
   bristle study brush.toml --out results       simulate all contacts of a study
   bristle simulate brush.toml --out one        simulate one contact over time
-  bristle brush examples/brush.toml --out all  simulate filaments that touch
-  bristle converge brush.toml --out precision  say how many segments it needs
+  bristle simulate brush.toml --converge --out precision
+                                               say how many segments it needs
   bristle calibrate lab.toml --fit KEY --out c fit settings to measured forces
-  bristle remove edge.toml --out rounding      follow an edge that grows round
-  bristle plot results                         redraw the figures of a study
+  bristle wear edge.toml --out rounding        follow an edge that grows round
+  bristle report results --figures all         redraw the figures of a study
   bristle advise results --max-force 300       show which settings meet a limit
-  bristle compare-studies old new --out both   compare the tools of two studies
+  bristle report old new --out both            compare the tools of two studies
   bristle derive --segments 2                  show the equations of motion
 
 Units are SI throughout, angles in radians. The unit is part of each name, as in
@@ -44,8 +42,8 @@ Exit status:
        its journal; or stdout cannot be written, and the result files are
        complete (a reader that stops early is not an error)
   3    a simulation failed; a study has written the results of the others
-  130  Ctrl-C stopped a study, a brush or a calibration, which the same command
-       resumes, or a removal or a convergence";
+  130  Ctrl-C or SIGTERM stopped a study, a brush or a calibration, which the same
+       command resumes, or another simulation";
 
 /// What the program prints without arguments: one screen.
 pub const OVERVIEW: &str = "\
@@ -53,20 +51,14 @@ Contact forces of brushing tools, from the equations of motion of one filament
 
   new                write a first input file
   explain            say what a key of it means
-  simulate           simulate one contact over time
+  simulate           simulate one contact, or filaments that touch, over time
   study              simulate all contacts of a study: tables, figures, a page
-  brush              simulate filaments that touch each other
-  remove             follow an edge that grows round and filaments that wear
-  calibrate          fit settings to measured forces
-  converge           say how many segments and which tolerance a contact needs
+  report             draw results again, join shards, compare studies
   advise             say which settings of a study meet limits
-  plot               redraw the figures of saved results
-  compare-studies    compare the tools of saved studies
-  merge              make one study of its shards
+  calibrate          fit settings to measured forces
+  wear               follow an edge that grows round and filaments that wear
   derive             show the equations of motion
   evaluate, compare  evaluate them at a state; compare them with other engines
-  schema             print the JSON schema of input files, for editors
-  completions, man   completion for a shell; manual pages
 
 Begin: `bristle new brush.toml`, then `bristle study brush.toml --out results`.
 `bristle help COMMAND` says more, `bristle --help` has examples.
@@ -83,53 +75,36 @@ pub struct Cli {
 #[derive(Subcommand)]
 pub enum Command {
     New(new::NewArgs),
-    Study(study::StudyCommandArgs),
-    Merge(merge::MergeArgs),
-    CompareStudies(compare_studies::CompareStudiesArgs),
-    Simulate(simulate::SimulateArgs),
-    Brush(brush::BrushArgs),
-    Converge(converge::ConvergeArgs),
-    Calibrate(calibrate::CalibrateArgs),
-    Remove(remove::RemoveArgs),
-    Evaluate(evaluate::EvaluateArgs),
-    Derive(derive::DeriveArgs),
-    Compare(compare::CompareArgs),
-    Plot(plot::PlotArgs),
-    Advise(advise::AdviseArgs),
     Explain(explain::ExplainArgs),
-    /// Print the JSON schema of an input file
-    ///
-    /// The schema states the meaning, unit, default and limits of each setting. With it, an editor
-    /// completes and checks input files as you type.
-    Schema,
+    Simulate(simulate::SimulateArgs),
+    Study(study::StudyArgs),
+    Report(report::ReportArgs),
+    Advise(advise::AdviseArgs),
+    Calibrate(calibrate::CalibrateArgs),
+    Wear(wear::WearArgs),
+    Derive(derive::DeriveArgs),
+    Evaluate(evaluate::EvaluateArgs),
+    Compare(compare::CompareArgs),
+    #[command(hide = true)]
     Completions(completions::CompletionsArgs),
-    Man(completions::ManArgs),
 }
 
 impl Command {
     /// Runs it.
     pub fn run(self) -> Result<ExitCode, CliError> {
         match self {
+            Self::Simulate(arguments) => return simulate::run(&arguments),
             Self::Study(arguments) => return study::run(&arguments),
-            Self::Merge(arguments) => return merge::run(&arguments),
-            Self::Brush(arguments) => return brush::run(&arguments),
-            Self::Converge(arguments) => return converge::run(&arguments),
+            Self::Report(arguments) => return report::run(&arguments),
             Self::Calibrate(arguments) => return calibrate::run(&arguments),
-            Self::Remove(arguments) => return remove::run(&arguments),
+            Self::Wear(arguments) => return wear::run(&arguments),
             Self::Compare(arguments) => return compare::run(&arguments),
             Self::New(arguments) => new::run(&arguments)?,
             Self::Explain(arguments) => explain::run(&arguments)?,
-            Self::Simulate(arguments) => simulate::run(&arguments)?,
-            Self::Evaluate(arguments) => evaluate::run(&arguments)?,
-            Self::Derive(arguments) => derive::run(&arguments)?,
-            Self::CompareStudies(arguments) => compare_studies::run(&arguments)?,
-            Self::Plot(arguments) => plot::run(&arguments)?,
             Self::Advise(arguments) => advise::run(&arguments)?,
-            Self::Completions(arguments) => {
-                completions::print_completions(&arguments, Cli::command())?
-            }
-            Self::Man(arguments) => completions::write_manual(&arguments, Cli::command())?,
-            Self::Schema => print(&input_schema())?,
+            Self::Derive(arguments) => derive::run(&arguments)?,
+            Self::Evaluate(arguments) => evaluate::run(&arguments)?,
+            Self::Completions(arguments) => completions::run(&arguments, Cli::command())?,
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -153,6 +128,7 @@ mod tests {
             .collect();
         let mut commands: Vec<String> = Cli::command()
             .get_subcommands()
+            .filter(|command| !command.is_hide_set())
             .map(|command| command.get_name().to_owned())
             .collect();
         commands.sort();

@@ -6,9 +6,11 @@ use std::time::{Duration, Instant};
 use bristle::brush::Checkpoint;
 use bristle::model::settings::Settings;
 use bristle_app::store::checkpoint::{CheckpointError, read_checkpoint, write_checkpoint};
+use bristle_app::store::previous::Previous;
 use bristle_app::store::staged::{FileError, StagedFile, read_bytes, remove};
 
 use crate::error::CliError;
+use crate::terminal::say_kept;
 
 /// Name of the file in the results directory.
 pub const CHECKPOINT: &str = "checkpoint.bin";
@@ -17,21 +19,22 @@ pub const CHECKPOINT: &str = "checkpoint.bin";
 const SHARE: f64 = 0.05;
 
 /// The checkpoint of a running brush.
-pub struct CheckpointFile<'a> {
+pub struct CheckpointFile {
     path: PathBuf,
-    settings: &'a Settings,
+    settings: Settings,
     frames: usize,
     /// The shortest time between two checkpoints.
     pause: Duration,
     written: Instant,
 }
 
-impl<'a> CheckpointFile<'a> {
+impl CheckpointFile {
     /// That in a directory, of a brush with these settings and this number of frames, with the
-    /// state that it holds. Discards this state if `restart` is set.
+    /// state that it holds. Discards this state if `restart` is set. That of another brush or build
+    /// is kept aside.
     pub fn open(
         directory: &Path,
-        settings: &'a Settings,
+        settings: &Settings,
         frames: usize,
         pause: Duration,
         restart: bool,
@@ -55,13 +58,19 @@ impl<'a> CheckpointFile<'a> {
             Some(Err(CheckpointError::Foreign)) => return Err(unusable(CheckpointError::Foreign)),
             None => None,
             Some(_) if restart => None,
-            Some(Err(error)) => return Err(unusable(error)),
+            Some(Err(CheckpointError::Damaged)) => return Err(unusable(CheckpointError::Damaged)),
+            Some(Err(CheckpointError::Other | CheckpointError::Format(_))) => {
+                let mut previous = Previous::of(directory);
+                previous.keep(CHECKPOINT)?;
+                previous.path().into_iter().for_each(say_kept);
+                None
+            }
             Some(Ok(state)) => Some(state),
         };
         Ok((
             Self {
                 path,
-                settings,
+                settings: settings.clone(),
                 frames,
                 pause,
                 written: Instant::now(),
@@ -87,7 +96,7 @@ impl<'a> CheckpointFile<'a> {
     /// Writes the state, in the place of the last one, which remains if that fails.
     pub fn write(&mut self, state: &Checkpoint) -> Result<(), FileError> {
         let begun = Instant::now();
-        let bytes = write_checkpoint(self.settings, self.frames, state);
+        let bytes = write_checkpoint(&self.settings, self.frames, state);
         let written = StagedFile::write(self.path.clone(), |out| out.write_all(&bytes))
             .and_then(StagedFile::commit);
         self.pause = self.pause.max(begun.elapsed().div_f64(SHARE));
@@ -96,7 +105,7 @@ impl<'a> CheckpointFile<'a> {
     }
 
     /// Removes it, once it is of no more use.
-    pub fn remove(self) -> Result<(), FileError> {
+    pub fn remove(&self) -> Result<(), FileError> {
         remove(&self.path)
     }
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use bristle::brush::BrushError;
-use bristle::simulation::SimulationError;
+use bristle::simulation::{SimulationError, Unreachable};
 use bristle_app::insight::convergence::ConvergenceError;
 use bristle_app::insight::joined::JoinError;
 use bristle_app::report::drawing::format::FormatError;
@@ -76,8 +76,8 @@ pub enum CliError {
     #[error(transparent)]
     Format(#[from] FormatError),
     #[error(
-        "`{}` has neither {STUDY} nor case.json nor brush.json\n   = help: name a directory that `bristle study`, \
-         `bristle simulate` or `bristle brush` has written to; if an older version wrote it, run the command again",
+        "`{}` has neither {STUDY} nor case.json nor brush.json\n   = help: name a directory that `bristle study` or \
+         `bristle simulate` has written to; if an older version wrote it, run the command again",
         shown_path(.0)
     )]
     NoResults(PathBuf),
@@ -87,6 +87,20 @@ pub enum CliError {
         shown_path(.0)
     )]
     NoStudy(PathBuf),
+    #[error(
+        "`{}` has one shard of a study\n   = help: `bristle report` makes results of all shards",
+        shown_path(.0)
+    )]
+    Shard(PathBuf),
+    #[error("name the directory for the study by --out DIR")]
+    NoOut,
+    #[error(
+        "some of the directories are shards of a study, and others have results\n   = help: name all shards of one study to \
+         join them, or finished studies to compare them"
+    )]
+    NotAllShards,
+    #[error("`{}` is a shard of another study than the first directory", shown_path(.0))]
+    OtherShard(PathBuf),
     /// Studies that cannot be compared.
     #[error(transparent)]
     Join(#[from] Box<JoinError>),
@@ -100,7 +114,7 @@ pub enum CliError {
     Run(#[from] RunError),
     #[error(
         "{missing} of {total} cases are in none of the shards; those that are, are in `{}`\n   = help: simulate the missing shards \
-         and merge again, or simulate the missing cases by `bristle study` with the same --out",
+         and join them again, or simulate the missing cases by `bristle study` with the same --out",
         shown_path(path)
     )]
     Incomplete {
@@ -122,6 +136,18 @@ pub enum CliError {
     Call(clap::Error),
     #[error("cannot write to stdout: {0}")]
     Stdout(#[from] io::Error),
+}
+
+impl From<BrushError> for CliError {
+    fn from(error: BrushError) -> Self {
+        Self::BrushFailed(Box::new(error))
+    }
+}
+
+impl From<Unreachable> for CliError {
+    fn from(error: Unreachable) -> Self {
+        BrushError::from(error).into()
+    }
 }
 
 impl CliError {
@@ -146,7 +172,7 @@ impl CliError {
     pub fn after(path: &Path, error: BrushError) -> Self {
         match error {
             BrushError::TooFewColumns { .. } => Self::of(path, error),
-            _ => Self::BrushFailed(Box::new(error)),
+            _ => error.into(),
         }
     }
 

@@ -19,7 +19,7 @@ const STDIN: &str = "stdin";
 /// The input file of a command.
 #[derive(Args)]
 pub struct InputArgs {
-    /// Input file, see `bristle schema`; - reads it from stdin
+    /// Input file, see `bristle explain --schema`; - reads it from stdin
     #[arg(value_name = "FILE.toml")]
     pub file: PathBuf,
     /// State a key in place of the file, as in --set process.rotational_speed_rpm=1200; may be
@@ -124,7 +124,7 @@ impl InputText<'_> {
         }
         document.without_brush().map_err(|key| {
             let error = format!(
-                "`{key}` is swept, which filaments alone do not have: leave out --without-interaction, or this sweep"
+                "`{key}` is swept, which filaments alone do not have: leave out --alone, or this sweep"
             );
             CliError::of(&self.arguments.file, error)
         })

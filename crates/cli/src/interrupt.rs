@@ -1,4 +1,4 @@
-//! Ctrl-C.
+//! Ctrl-C, and SIGTERM, which schedulers of clusters and containers send.
 
 use std::process;
 
@@ -6,7 +6,7 @@ use bristle::simulation::Stop;
 
 use crate::values::INTERRUPTED;
 
-/// A mark that the first Ctrl-C sets. The second ends the program.
+/// A mark that the first of these signals sets. The second ends the program.
 pub fn stop_on_interrupt() -> Stop {
     let stop = Stop::default();
     let mark = stop.clone();

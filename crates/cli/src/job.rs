@@ -2,12 +2,18 @@
 
 use std::path::PathBuf;
 
+use bristle_app::report::vtk::is_file_name;
+use bristle_app::store::staged::{Occupied, occupy, prepare_directory};
+use bristle_study::input::document::Document;
 use clap::Args;
 
-use crate::input::InputArgs;
-use crate::pictures::FigureArgs;
+use crate::error::CliError;
+use crate::input::{InputArgs, InputText};
+use crate::pictures::{FIGURES, FigureArgs, is_picture};
+use crate::values::ResourceArgs;
+use crate::vtk_files::VTK;
 
-/// The input file of a command, and where its results go.
+/// What every command that simulates an input file takes, with one meaning.
 #[derive(Args)]
 pub struct JobArgs {
     #[command(flatten)]
@@ -17,4 +23,44 @@ pub struct JobArgs {
     pub out: PathBuf,
     #[command(flatten)]
     pub figures: FigureArgs,
+    #[command(flatten)]
+    pub resources: ResourceArgs,
+    /// Leave out [brush]: simulate each filament alone
+    #[arg(long, visible_alias = "without-interaction")]
+    pub alone: bool,
+    /// Discard what DIR keeps of an earlier call, and simulate from the beginning
+    #[arg(long)]
+    pub restart: bool,
+    /// Simulate again with more precision, and say what that changes
+    #[arg(long)]
+    pub check: bool,
+    /// Print progress and results to stdout as JSON objects, one per line, instead of tables
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl JobArgs {
+    /// What the input file states, without [brush] if filaments are to be alone.
+    pub fn document<'t>(&self, text: &'t InputText<'_>) -> Result<Document<'t>, CliError> {
+        text.document_alone_if(self.alone)
+    }
+
+    /// Prepares the directory for the results, and announces that this process writes `files`,
+    /// figures that `is_figure` names, and files for ParaView.
+    pub fn occupy(
+        &self,
+        files: &[&str],
+        is_figure: fn(&str) -> bool,
+    ) -> Result<Occupied, CliError> {
+        prepare_directory(&self.out)?;
+        let occupied = occupy(
+            &self.out,
+            &[
+                ("", &|name| files.contains(&name)),
+                (FIGURES, &is_picture(is_figure)),
+                (VTK, &is_file_name),
+            ],
+        )?;
+        Ok(occupied)
+    }
 }

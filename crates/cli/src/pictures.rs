@@ -38,8 +38,7 @@ const ENDINGS: [&str; 3] = [SVG, PNG, PDF];
 #[derive(Args, Clone)]
 pub struct FigureArgs {
     /// Which figures are drawn, and as which files; several with commas between them, as all,pdf.
-    /// The five that matter most are drawn without all, and all three kinds of files without one of
-    /// them
+    /// The five that matter most are drawn without all, and SVG files without a kind
     #[arg(long, value_name = "WHICH", value_delimiter = ',')]
     figures: Vec<FigureChoice>,
     /// Draw no figures, as --figures none
@@ -105,7 +104,7 @@ impl FigureArgs {
             .collect();
         let endings = match stated {
             _ if self.no_figures || has(FigureChoice::None) => Vec::new(),
-            stated if stated.is_empty() => ENDINGS.to_vec(),
+            stated if stated.is_empty() => vec![SVG],
             stated => stated,
         };
         let format = Format::new(self.figure_width, self.font_size, self.font.clone())?;

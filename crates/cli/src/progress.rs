@@ -9,13 +9,18 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use bristle::model::metrics::Metrics;
+use bristle_app::report::tables::check_table;
 use bristle_app::run::{Observer, StudyRun};
+use bristle_study::grid::check::largest_change;
 use bristle_study::grid::work;
 use bristle_study::text::is_invisible;
+use bristle_study::text::layout::Warning;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
+use serde_json::{Value, json};
 
-use crate::terminal::{self, print, say};
+use crate::terminal::{self, print, say, show};
 
 /// Shortest time between two progress objects.
 const BETWEEN_EVENTS: Duration = Duration::from_millis(100);
@@ -353,6 +358,8 @@ pub struct PassProgress {
     what: &'static str,
     /// The share that was done when it began.
     earlier: f64,
+    /// Whether it is told as JSON.
+    json: bool,
     shown: Mutex<Shown>,
     lines: Option<Lines>,
 }
@@ -360,6 +367,8 @@ pub struct PassProgress {
 /// When something was last shown, and the bar if there is one yet.
 struct Shown {
     at: Instant,
+    /// The largest share that was told: what is estimated anew must not run backwards.
+    share: f64,
     bar: Option<ProgressBar>,
 }
 
@@ -372,14 +381,19 @@ impl PassProgress {
     const PARTS: f64 = 1000.0;
 
     /// Starts with the share that an `earlier` run has done of `what`.
-    pub fn begin(what: &'static str, earlier: f64) -> Self {
-        let lines = ProgressBar::new(1).is_hidden().then(Lines::begin);
+    pub fn begin(what: &'static str, earlier: f64, json: bool) -> Self {
+        let lines = (!json && ProgressBar::new(1).is_hidden()).then(Lines::begin);
         let now = Instant::now();
         let progress = Self {
             begun: now,
             what,
             earlier,
-            shown: Mutex::new(Shown { at: now, bar: None }),
+            json,
+            shown: Mutex::new(Shown {
+                at: now,
+                share: earlier,
+                bar: None,
+            }),
             lines,
         };
         progress.set_line(earlier, String::new());
@@ -396,10 +410,24 @@ impl PassProgress {
     pub fn tell(&self, share: f64) {
         let passed = self.begun.elapsed();
         let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
-        if passed < Self::PATIENCE || shown.at.elapsed() < Self::PAUSE {
+        shown.share = share.max(shown.share);
+        let (share, pause) = (
+            shown.share,
+            if self.json {
+                BETWEEN_EVENTS
+            } else {
+                Self::PAUSE
+            },
+        );
+        if passed < Self::PATIENCE || shown.at.elapsed() < pause {
             return;
         }
         shown.at = Instant::now();
+        if self.json {
+            // The result tells if stdout cannot be written.
+            let _ = print_object("progress", &json!({ "share": share }));
+            return;
+        }
         let rate = (share - self.earlier) / passed.as_secs_f64();
         let left = if rate > 0.0 {
             time_left((1.0 - share) / rate)
@@ -419,6 +447,20 @@ impl PassProgress {
         });
         bar.set_position((Self::PARTS * share) as u64);
         bar.set_message(left);
+    }
+}
+
+/// Lines now and then while something takes long that does not tell how far it is.
+pub struct Waiting {
+    _lines: Option<Lines>,
+}
+
+impl Waiting {
+    /// Starts with `what` is going on, in words.
+    pub fn begin(what: &str, json: bool) -> Self {
+        let lines = (!json).then(Lines::begin);
+        lines.iter().for_each(|lines| lines.set(what.to_owned()));
+        Self { _lines: lines }
     }
 }
 
@@ -453,6 +495,39 @@ impl Tally {
         {
             self.error.get_or_insert(error);
         }
+    }
+}
+
+/// Prints an object as a line of JSON that says what it is about.
+pub fn print_object(event: &str, object: &Value) -> io::Result<()> {
+    let mut line = json!({ "event": event });
+    if let (Value::Object(line), Value::Object(object)) = (&mut line, object) {
+        line.extend(object.clone());
+    }
+    print(&(visible(&line.to_string()) + "\n"))
+}
+
+/// Prints the text of `metrics.json` and the warnings as a line of JSON.
+pub fn print_result(metrics: &[u8], warnings: &[Warning]) -> io::Result<()> {
+    let metrics: Value = serde_json::from_slice(metrics)?;
+    let warnings: Vec<String> = warnings.iter().map(Warning::plain).collect();
+    print_object(
+        "result",
+        &json!({ "metrics": metrics, "warnings": warnings }),
+    )
+}
+
+/// Shows how `metrics` change when they are simulated `again` more precisely, as a table or as a
+/// line of JSON.
+pub fn show_check(again: &str, metrics: &Metrics, checked: &Metrics, json: bool) -> io::Result<()> {
+    if json {
+        let change = largest_change(metrics, checked);
+        print_object(
+            "check",
+            &json!({ "again": again, "largest_change": change }),
+        )
+    } else {
+        show(format_args!("\n{}", check_table(again, metrics, checked)))
     }
 }
 

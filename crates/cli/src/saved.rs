@@ -48,6 +48,9 @@ pub fn saved_study(directory: &Path) -> Result<Option<(SavedStudy, Vec<CaseResul
         return Ok(None);
     };
     let saved = read_study(&text, &name)?;
+    if saved.is_shard() {
+        return Err(CliError::Shard(directory.to_owned()));
+    }
     let (text, name) = read(directory, RUNS)?;
     let results = read_runs(&text, &name, &saved)?;
     if saved.origin != Origin::here() {
@@ -58,6 +61,14 @@ pub fn saved_study(directory: &Path) -> Result<Option<(SavedStudy, Vec<CaseResul
         ));
     }
     Ok(Some((saved, results)))
+}
+
+/// The study of which a directory has a shard; `None` if it has anything else.
+pub fn saved_shard(directory: &Path) -> Result<Option<SavedStudy>, CliError> {
+    let Some((text, name)) = read_if_there(directory, STUDY)? else {
+        return Ok(None);
+    };
+    Ok(Some(read_study(&text, &name)?).filter(SavedStudy::is_shard))
 }
 
 /// One contact, as its figures show it.

@@ -148,6 +148,14 @@ pub fn show_assumptions(assumptions: &Assumptions) -> io::Result<()> {
     }
 }
 
+/// Tells the user where results have been moved that gave way to others.
+pub fn say_kept(place: &Path) {
+    say(format_args!(
+        "note: the earlier results, of other settings or another build, are kept in `{}`",
+        shown_path(place)
+    ));
+}
+
 /// Tells the user that a file was written.
 pub fn say_written(path: &Path) {
     say(format_args!("wrote {}", shown_path(path)));

@@ -54,7 +54,7 @@ impl ResourceArgs {
 pub struct MemoryArgs {
     /// Refuse brushes that need more memory than this [default: what is available, if the system
     /// says so]
-    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
+    #[arg(long = "memory", alias = "memory-mib", value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
     memory_mib: Option<u64>,
 }
 

@@ -11,9 +11,9 @@ use bristle::simulation::simulate;
 
 use crate::insight::warnings::stability::place;
 use bristle_study::grid::{CaseResult, Study};
-use bristle_study::input::document::Document;
 use bristle_study::input::friction::{FRICTION, REMEDY, ranges};
 use bristle_study::input::materials::Material;
+use bristle_study::input::statement::Statement;
 use bristle_study::text::layout::{aligned, wrap};
 use bristle_study::text::number::short;
 
@@ -174,10 +174,10 @@ impl Assumptions {
         })
     }
 
-    /// [`Assumptions::of_contact`] for the case of the study of a `document` with the highest tool
-    /// force. What the study sweeps is not one of them.
+    /// [`Assumptions::of_contact`] for the case of a study with the highest tool force. What the
+    /// study sweeps is not one of them.
     #[must_use]
-    pub fn of_study(study: &Study, results: &[CaseResult], document: &Document<'_>) -> Self {
+    pub fn of_study(study: &Study, results: &[CaseResult], statement: &Statement) -> Self {
         let force = |case: &usize| {
             results[*case]
                 .as_ref()
@@ -193,14 +193,17 @@ impl Assumptions {
             return Self::default();
         };
         let tool = study.tool(case).map(|tool| tool.name.as_str());
+        let defaults = statement.defaults_of(study.tool_of(case));
         let is_swept = |parameter: &&Parameter| study.sweep(parameter.path).is_some();
-        let unstated: Vec<&'static Parameter> = document
-            .unstated_of(tool)
-            .into_iter()
+        let unstated: Vec<&'static Parameter> = defaults
+            .settings
+            .iter()
+            .filter_map(|path| Parameter::find(path))
             .filter(|each| !is_swept(each))
             .collect();
+        let material = defaults.material.as_deref().and_then(Material::find);
         let contact = Self::of_contact(&study.settings_found(case, &results[case]), &unstated)
-            .with_material(document.material_of(tool));
+            .with_material(material);
         let of_tool = tool
             .map(|name| format!("tool {name}, "))
             .unwrap_or_default();
@@ -277,6 +280,7 @@ mod tests {
     use super::*;
     use crate::insight::testing::brush;
     use bristle_study::grid::run_study;
+    use bristle_study::input::document::Document;
     use bristle_study::text::layout::WIDTH;
 
     const FILE: &str = concat!(
@@ -372,7 +376,7 @@ mod tests {
         let document = Document::parse(FILE, "case.toml").expect("a document");
         let study = document.study().expect("a study");
         let results = run_study(&study, None, || {}).expect("the threads start");
-        let assumptions = Assumptions::of_study(&study, &results, &document);
+        let assumptions = Assumptions::of_study(&study, &results, &Statement::of(&document, ""));
         let text = assumptions.text(WIDTH);
         assert!(
             !text.contains("friction") && text.contains("filament.damping_ratio"),
@@ -392,7 +396,7 @@ mod tests {
         let stated = stated.map(str::to_owned);
         let whole = Document::parse_with(FILE, "case.toml", &stated).expect("a document");
         assert_eq!(
-            Assumptions::of_study(&study, &results, &whole).text(WIDTH),
+            Assumptions::of_study(&study, &results, &Statement::of(&whole, "")).text(WIDTH),
             ""
         );
     }

@@ -1,12 +1,11 @@
 //! In which settings the named tools of a study differ.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle_study::text::shortened;
 use serde_json::Value;
 
-use crate::store::origin::leaves;
 use bristle_study::grid::{Setting, Study};
 use bristle_study::text::number::short;
 
@@ -78,4 +77,26 @@ pub fn tool_differences(study: &Study) -> Vec<Difference> {
     };
     differences.sort_by_key(|each| place(&each.path));
     differences
+}
+
+/// The values within an object of objects, by dotted path.
+fn leaves(value: &Value) -> BTreeMap<String, Value> {
+    let mut found = BTreeMap::new();
+    let mut open = vec![(String::new(), value)];
+    while let Some((path, value)) = open.pop() {
+        match value {
+            Value::Object(fields) => open.extend(fields.iter().map(|(key, value)| {
+                let path = if path.is_empty() {
+                    key.clone()
+                } else {
+                    format!("{path}.{key}")
+                };
+                (path, value)
+            })),
+            value => {
+                found.insert(path, value.clone());
+            }
+        }
+    }
+    found
 }

@@ -61,6 +61,12 @@ impl Parts {
 }
 
 impl Quantity {
+    /// Whether it is the metric with a key.
+    #[must_use]
+    pub fn is(&self, key: &str) -> bool {
+        matches!(self.parts, Parts::Metric(column) if column.key == key)
+    }
+
     /// The metrics that tables of these results show, in the order used in files.
     pub fn headlines(results: &[CaseResult]) -> impl Iterator<Item = Self> {
         shown_metrics(Prominence::Headline, results).map(Self::metric)

@@ -22,6 +22,8 @@ use bristle_study::text::number::{labels, short, significant};
 /// Number of columns that a table has if there are so many values, in several parts if they do not
 /// fit into the terminal.
 const COLUMNS: usize = 12;
+/// Largest number of lines of the main table.
+const MAIN_LINES: usize = 24;
 /// Largest number of rows in a table.
 const MAX_ROWS: usize = 20;
 /// Largest number of rows in a list.
@@ -43,8 +45,35 @@ const UNSTABLE: &str = "!";
 ///
 /// Where filaments scatter, the band of the tool force is one of the quantities, and a line states
 /// the origin of the scatter.
+///
+/// With the key of a `main` metric, that one is the only quantity in tables, and the text is cut to
+/// the lines that fit on a screen.
 #[must_use]
-pub fn study_tables(study: &Study, results: &[CaseResult], width: usize) -> String {
+pub fn study_tables(
+    study: &Study,
+    results: &[CaseResult],
+    main: Option<&str>,
+    width: usize,
+) -> String {
+    let text = all_tables(study, results, main, width);
+    let count = text.lines().count();
+    if main.is_none() || count <= MAIN_LINES {
+        return text;
+    }
+    let shown: Vec<&str> = text.lines().take(MAIN_LINES - 1).collect();
+    let rest = count - shown.len();
+    format!(
+        "{}\n… {rest} more lines with --tables all\n",
+        shown.join("\n")
+    )
+}
+
+fn all_tables(study: &Study, results: &[CaseResult], main: Option<&str>, width: usize) -> String {
+    let is_of_grid = |sweep: &Sweep| [study.speed().path, DEPTH].contains(&sweep.path());
+    let (of_grid, others): (Vec<&Sweep>, Vec<&Sweep>) = varying(study)
+        .map(|(_, sweep)| sweep)
+        .partition(|sweep| is_of_grid(sweep));
+    let is_grid = of_grid.len() == 2 && others.iter().all(|sweep| sweep.path() == TOOL);
     let band = study.scatters().then(Quantity::band);
     let interaction = study
         .has_brush()
@@ -52,16 +81,12 @@ pub fn study_tables(study: &Study, results: &[CaseResult], width: usize) -> Stri
         .into_iter()
         .flatten();
     let quantities: Vec<Readable> = Quantity::headlines(results)
+        .filter(|quantity| !is_grid || main.is_none_or(|main| quantity.is(main)))
         .chain(band)
-        .chain(interaction)
+        .chain(interaction.filter(|_| !is_grid || main.is_none()))
         .map(|quantity| Readable::new(quantity, results))
         .collect();
     let marks = Marks::new(results);
-    let is_of_grid = |sweep: &Sweep| [study.speed().path, DEPTH].contains(&sweep.path());
-    let (of_grid, others): (Vec<&Sweep>, Vec<&Sweep>) = varying(study)
-        .map(|(_, sweep)| sweep)
-        .partition(|sweep| is_of_grid(sweep));
-    let is_grid = of_grid.len() == 2 && others.iter().all(|sweep| sweep.path() == TOOL);
     let mut text = of_all_cases(study, width);
     if is_grid {
         let tables = quantities

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::report::page::calibration_page;
-use crate::store::force_journal::FORCE_JOURNAL;
+use crate::store::journal_file::JOURNAL;
 use crate::store::staged::{FileError, StagedFile, read_document, remove};
 use bristle_study::calibrate::{Calibration, calibrated};
 use bristle_study::grid::uncertainty::check;
@@ -22,7 +22,7 @@ pub const OF_CALIBRATION: [&str; 5] = [
     CALIBRATION,
     RESIDUALS,
     CALIBRATION_PAGE,
-    FORCE_JOURNAL,
+    JOURNAL,
 ];
 
 /// Writes the files of a calibration to its directory, which must be occupied, and returns their

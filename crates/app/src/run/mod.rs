@@ -6,6 +6,7 @@
 
 pub mod calibration;
 pub mod convergence;
+pub mod forces;
 pub mod removal;
 
 use std::io;
@@ -20,14 +21,18 @@ use crate::insight::measured::{Comparison, compare};
 use crate::report::page::{Recorder, page};
 #[cfg(feature = "parquet")]
 use crate::report::parquet::write_runs_parquet;
-use crate::store::journal_file::{Earlier, JournalFile, JournalFileError};
+use crate::store::journal::{Key, StudyKeys};
+use crate::store::journal_file::{JournalFile, JournalFileError, Opened};
+use crate::store::previous::Previous;
 use crate::store::results::Origin;
 use crate::store::staged::{FileError, Occupied, StagedFile, Written, remove};
-use crate::store::study_files::{COMPARISON, MEASURED, RUNS_PARQUET, occupy_results, write_study};
+use crate::store::study_files::{
+    COMPARISON, MEASURED, RUNS_PARQUET, keep_others, occupy_results, write_study,
+};
 use bristle::simulation::{Sampling, Simulation, Stop};
 use bristle_study::grid::{CaseResult, Resources, Study, simulate_cases, without_result};
-use bristle_study::input::document::Document;
 use bristle_study::input::measured::{Measurement, measured_text};
+use bristle_study::input::statement::Statement;
 use thiserror::Error;
 
 /// Watches a study, from any thread.
@@ -77,8 +82,8 @@ pub struct Means<'a> {
 
 /// What a page shows besides results.
 pub struct Subject<'a> {
-    /// The title.
-    pub name: &'a str,
+    /// What the input file states besides settings.
+    pub statement: &'a Statement,
     /// The build that simulated the study.
     pub origin: &'a Origin,
     /// What was not stated.
@@ -93,12 +98,15 @@ pub struct Subject<'a> {
 struct Output {
     directory: PathBuf,
     journal: JournalFile,
+    /// The number of cases that were in the journal when it was opened.
+    earlier: usize,
     _occupied: Occupied,
 }
 
 /// A study and the results that it has so far, also in the journal of its directory if it has one.
 pub struct StudyRun {
     study: Study,
+    keys: StudyKeys,
     results: Vec<Option<CaseResult>>,
     output: Option<Output>,
 }
@@ -125,16 +133,18 @@ impl StudyRun {
     pub fn new(study: Study) -> Self {
         Self {
             results: vec![None; study.case_count()],
+            keys: StudyKeys::new(&study),
             study,
             output: None,
         }
     }
 
-    /// A study with the results in the journal of `directory`, or without any if it is to
-    /// `restart`. What is written to subdirectories by others is announced with it.
+    /// A study with the results that the journal of `directory` has of its cases, or without any
+    /// if it is to `restart`. Results of another study there are kept aside. What is written to
+    /// subdirectories by others is announced with it.
     ///
     /// # Errors
-    /// If the directory cannot be used, or has the journal of another study.
+    /// If the directory cannot be used, or its journal cannot be read.
     pub fn open(
         study: Study,
         directory: &Path,
@@ -142,27 +152,24 @@ impl StudyRun {
         restart: bool,
     ) -> Result<(Self, Found), JournalFileError> {
         let occupied = occupy_results(directory, subdirectories)?;
-        let (
-            journal,
-            Earlier {
-                results,
-                torn,
-                discarded,
-            },
-        ) = JournalFile::open(directory, &study, restart)?;
-        let output = Output {
+        let mut run = Self::new(study);
+        let mut previous = Previous::of(directory);
+        let (journal, opened) =
+            JournalFile::open(directory, restart, &mut previous, |key, line| {
+                run.keys.take(key, line, &mut run.results);
+            })?;
+        if !restart {
+            keep_others(directory, &run.study, subdirectories, &mut previous)?;
+        }
+        let (earlier, _) = run.counts();
+        run.output = Some(Output {
+            earlier,
             directory: directory.to_owned(),
             journal,
             _occupied: occupied,
-        };
-        Ok((
-            Self {
-                study,
-                results,
-                output: Some(output),
-            },
-            Found { torn, discarded },
-        ))
+        });
+        let kept = previous.path().map(Path::to_owned);
+        Ok((run, Found { opened, kept }))
     }
 
     /// The study.
@@ -203,7 +210,7 @@ impl StudyRun {
             return Ok(());
         }
         let written = self.journal().map_or(ControlFlow::Continue(()), |journal| {
-            journal.append(case, &result)
+            journal.append(&self.keys.line(case, &result))
         });
         self.results[case] = Some(result);
         if written.is_break() {
@@ -218,7 +225,27 @@ impl StudyRun {
     /// # Errors
     /// If it cannot be.
     pub fn settle(&mut self) -> Result<(), RunError> {
-        settle(self.output.as_mut(), self.study.case_count())
+        settle(self.output.as_mut(), &self.results)
+    }
+
+    /// Takes the results of cases that were simulated elsewhere, as [`StudyRun::take`], from the
+    /// keys and texts of the lines of a journal, which `read` passes on.
+    ///
+    /// # Errors
+    /// That of `read`, or if a result cannot be written to the journal here.
+    pub fn take_all<R, E>(
+        &mut self,
+        read: impl FnOnce(&mut dyn FnMut(Key, &str)) -> Result<R, E>,
+    ) -> Result<R, TakeError<E>> {
+        let mut results = vec![None; self.results.len()];
+        let outcome = read(&mut |key, line| self.keys.take(key, line, &mut results));
+        let outcome = outcome.map_err(TakeError::Journal)?;
+        for (case, result) in results.into_iter().enumerate() {
+            result
+                .map_or(Ok(()), |result| self.take(case, result))
+                .map_err(TakeError::Run)?;
+        }
+        Ok(outcome)
     }
 
     /// Simulates the cases that have no result, of those that are its own, which are counted from
@@ -232,7 +259,7 @@ impl StudyRun {
         means: &Means<'_>,
     ) -> Result<(), RunError> {
         simulate(
-            &self.study,
+            (&self.study, &self.keys),
             &mut self.results,
             self.output.as_mut(),
             means,
@@ -242,21 +269,20 @@ impl StudyRun {
         )
     }
 
-    /// Simulates the cases that have no result. With a directory, draws the page and writes the
-    /// files, where it names `document` as what was simulated, and compares it with `measured`
-    /// forces.
+    /// Simulates the cases that have no result, and answers the goal of the `statement`. With a
+    /// directory, draws the page and writes the files, with a comparison with `measured` forces.
     ///
     /// # Errors
     /// If a file cannot be written, or it is asked to stop.
     pub fn finish(
         self,
-        name: &str,
-        document: &Document<'_>,
+        statement: &Statement,
         measured: &[Measurement],
         means: &Means<'_>,
     ) -> Result<Finished, RunError> {
         let Self {
             study,
+            keys,
             mut results,
             mut output,
         } = self;
@@ -268,7 +294,7 @@ impl StudyRun {
             Sampling::default()
         };
         simulate(
-            &study,
+            (&study, &keys),
             &mut results,
             output.as_mut(),
             means,
@@ -280,7 +306,7 @@ impl StudyRun {
             .into_iter()
             .collect::<Option<_>>()
             .ok_or(RunError::Stopped)?;
-        let assumptions = Assumptions::of_study(&study, &results, document);
+        let assumptions = Assumptions::of_study(&study, &results, statement);
         let Means {
             resources,
             stop,
@@ -291,12 +317,12 @@ impl StudyRun {
                 observer.answering()
             })
         };
-        let answer = document.goal().map(answered).transpose()?;
+        let answer = statement.goal.as_ref().map(answered).transpose()?;
         let (files, comparisons) = match &output {
             Some(Output { directory, .. }) => {
                 let (origin, answer) = (&Origin::here(), answer.as_ref());
                 let subject = Subject {
-                    name,
+                    statement,
                     origin,
                     assumptions: &assumptions,
                     answer,
@@ -325,18 +351,27 @@ impl StudyRun {
     }
 }
 
-/// What a journal was like when it was opened.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What a directory was like when a study began there.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Found {
-    /// Length in bytes of an incomplete last line, which has been dropped.
-    pub torn: u64,
-    /// Whether a restart has discarded the earlier contents.
-    pub discarded: bool,
+    /// The journal.
+    pub opened: Opened,
+    /// Where the results of another study have been moved.
+    pub kept: Option<PathBuf>,
+}
+
+/// Why results from elsewhere were not taken.
+#[derive(Debug)]
+pub enum TakeError<E> {
+    /// Their journal cannot be read.
+    Journal(E),
+    /// A result cannot be written.
+    Run(RunError),
 }
 
 /// Simulates those cases without a result that `is_own` names.
 fn simulate(
-    study: &Study,
+    (study, keys): (&Study, &StudyKeys),
     results: &mut [Option<CaseResult>],
     output: Option<&mut Output>,
     Means {
@@ -350,35 +385,38 @@ fn simulate(
 ) -> Result<(), RunError> {
     let mut cases = without_result(study, results);
     cases.retain(|&case| is_own(case));
-    let results = Mutex::new(results);
+    let shared = Mutex::new(&mut *results);
     let journal = output.as_ref().map(|output| &output.journal);
     let done = |case: usize, result: CaseResult| {
         let flow = journal.map_or(ControlFlow::Continue(()), |journal| {
-            journal.append(case, &result)
+            journal.append(&keys.line(case, &result))
         });
         if flow.is_continue() {
             observer.case_done(case, result.is_err());
         }
-        results
+        shared
             .lock()
             .expect("nothing panics with the results in hand")[case] = Some(result);
         flow
     };
     let simulated = simulate_cases(study, &cases, *resources, stop, sampling, on_pass, done);
     observer.ended();
-    settle(output, study.case_count())?;
+    settle(output, results)?;
     Ok(simulated?)
 }
 
-/// Waits until the journal of a study of so many cases is complete on the disk, if there is one.
-fn settle(output: Option<&mut Output>, total: usize) -> Result<(), RunError> {
-    let Some(Output { journal, .. }) = output else {
+/// Waits until the journal of a study with these results is complete on the disk, if there is one.
+fn settle(output: Option<&mut Output>, results: &[Option<CaseResult>]) -> Result<(), RunError> {
+    let Some(Output {
+        journal, earlier, ..
+    }) = output
+    else {
         return Ok(());
     };
     journal.settle().map_err(|error| RunError::Unfinished {
         error,
-        done: journal.cases(),
-        total,
+        done: *earlier + journal.appended(),
+        total: results.len(),
     })
 }
 
@@ -391,7 +429,7 @@ pub fn page_of(
     study: &Study,
     results: &[CaseResult],
     Subject {
-        name,
+        statement,
         assumptions,
         answer,
         measured,
@@ -408,7 +446,7 @@ pub fn page_of(
     let comparisons = compare(study, results, measured);
     Ok((
         page(
-            name,
+            &statement.title,
             study,
             results,
             &courses,
@@ -461,7 +499,7 @@ pub fn publish(
         }
         Ok(staged)
     };
-    let origin = (study, subject.origin);
+    let origin = (study, subject.origin, subject.statement);
     let files = write_study(directory, origin, results, &page, has_measured, further)
         .map_err(unfinished)?;
     // Files of an earlier study that this one does not write.

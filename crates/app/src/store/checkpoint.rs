@@ -1,25 +1,26 @@
 //! The checkpoint of a brush: the state from which a stopped simulation goes on, and what it
 //! belongs to.
 //!
-//! The first line is JSON. It states settings and program, as the header of a
-//! [`journal`](crate::store::journal) does, and the SHA-256 of the state, which follows it as
+//! The first line is JSON. It states the program, as the header of a
+//! [`journal`](crate::store::journal) does, the key of the settings and the SHA-256 of the state,
+//! which follows it as
 //! [postcard](https://postcard.jamesmunns.com) writes it:
 //!
 //! ```json
-//! {"checkpoint":"bristle brush","format":2,"version":"0.2.0","equations":"…","solver":"…","settings":{…},"frames":120,"state":"…","check":"…"}
+//! {"checkpoint":"bristle brush","format":3,"version":"0.2.0","equations":"…","solver":"…","key":"…","state":"…","check":"…"}
 //! ```
 
 use bristle::brush::Checkpoint;
 use bristle::model::settings::Settings;
 use bristle::simulation::SOLVER_FINGERPRINT;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 use thiserror::Error;
 
 use crate::store::digest::digest;
-use crate::store::origin::{self, Program};
+use crate::store::journal::Key;
+use crate::store::origin::{Program, sealed, unsealed};
 
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 /// What the file says it is.
 const KIND: &str = "bristle brush";
 
@@ -34,9 +35,9 @@ pub enum CheckpointError {
         "it comes from another version of Bristle and has format {0}; this version reads format {FORMAT}"
     )]
     Format(u32),
-    /// It belongs to other settings or another program: the differences, one sentence each.
-    #[error("it belongs to another simulation or program:{}", origin::listed(.0))]
-    Other(Vec<String>),
+    /// It belongs to other settings, another number of frames, or another build.
+    #[error("it belongs to another simulation or build")]
+    Other,
     /// Its state has changed since it was written.
     #[error("it is damaged")]
     Damaged,
@@ -44,14 +45,13 @@ pub enum CheckpointError {
 
 /// The first line.
 #[derive(Serialize, Deserialize)]
-struct Header<S> {
+struct Header {
     checkpoint: String,
     format: u32,
     #[serde(flatten)]
     program: Program,
-    settings: S,
-    /// Number of frames, which are part of the state.
-    frames: usize,
+    /// That of the settings and of the number of frames, which are part of the state.
+    key: String,
     /// SHA-256 of the state.
     state: String,
 }
@@ -76,12 +76,20 @@ pub fn write_checkpoint(settings: &Settings, frames: usize, state: &Checkpoint) 
     let header = Header {
         checkpoint: KIND.to_owned(),
         format: FORMAT,
-        program: Program::here(SOLVER_FINGERPRINT),
-        settings,
-        frames,
+        program: here(),
+        key: key_of(settings, frames),
         state: digest(&state),
     };
-    [origin::sealed("", &header).as_bytes(), &state].concat()
+    [sealed("", &header).as_bytes(), &state].concat()
+}
+
+/// This program.
+fn here() -> Program {
+    Program::here(SOLVER_FINGERPRINT)
+}
+
+fn key_of(settings: &Settings, frames: usize) -> String {
+    Key::of(&format!("{frames} frames"), settings).to_string()
 }
 
 /// The state in a checkpoint of a brush with these settings and this number of frames, simulated by
@@ -117,16 +125,10 @@ pub fn read_checkpoint(
         }
         _ => return Err(CheckpointError::Foreign),
     }
-    let header: Header<Value> = origin::unsealed("", line).ok_or(CheckpointError::Damaged)?;
-    let mut differences = header
-        .program
-        .differences(&Program::here(SOLVER_FINGERPRINT));
-    differences.extend(origin::settings(&header.settings, settings, |_| false));
-    if header.frames != frames {
-        differences.push(format!("frames: {} there, {frames} here", header.frames));
-    }
-    if !differences.is_empty() {
-        return Err(CheckpointError::Other(differences));
+    let header: Header = unsealed("", line).ok_or(CheckpointError::Damaged)?;
+    let key = key_of(settings, frames);
+    if header.key != key || !header.program.differences(&here()).is_empty() {
+        return Err(CheckpointError::Other);
     }
     Some(state)
         .filter(|state| digest(state) == header.state)
@@ -175,15 +177,12 @@ mod tests {
         let state = run.checkpoint();
         let bytes = write_checkpoint(&settings, 7, &state);
         assert_eq!(read_checkpoint(&settings, 7, &bytes), Ok(state));
-        let other = |settings: &Settings, frames: usize| {
-            read_checkpoint(settings, frames, &bytes)
-                .expect_err("of another simulation")
-                .to_string()
-        };
-        assert!(other(&settings, 8).contains("frames: 7 there, 8 here"));
         let mut faster = settings.clone();
         faster.process.brushing_velocity_m_s = 20.0;
-        assert!(other(&faster, 7).contains("process.brushing_velocity_m_s: 10.0 there, 20.0 here"));
+        for (settings, frames) in [(&settings, 8), (&faster, 7)] {
+            let read = read_checkpoint(settings, frames, &bytes);
+            assert_eq!(read, Err(CheckpointError::Other));
+        }
     }
 
     #[test]
@@ -204,10 +203,13 @@ mod tests {
         let changed =
             |from: &str, to: &str| read(&[header.replace(from, to).as_bytes(), state].concat());
         assert_eq!(
-            changed("\"format\":2", "\"format\":3"),
-            CheckpointError::Format(3)
+            changed("\"format\":3", "\"format\":4"),
+            CheckpointError::Format(4)
         );
-        assert_eq!(changed("10.0", "11.0"), CheckpointError::Damaged);
+        assert_eq!(
+            changed("\"key\":\"", "\"key\":\"0"),
+            CheckpointError::Damaged
+        );
         for cut in (0..end + 100).chain([bytes.len() / 2, bytes.len() - 1]) {
             let error = read(&bytes[..cut]);
             assert!(

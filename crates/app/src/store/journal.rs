@@ -1,42 +1,45 @@
-//! The journal of a study: its results so far as lines of text, from which a stopped study resumes.
+//! The journal of a directory: results so far as lines of text, from which a stopped command
+//! resumes.
 //!
 //! This module turns results into lines and lines into results. The caller stores the lines and
-//! appends each when its case is done. Nothing is ever changed in place, so a crash can damage only
-//! the end. Cases that another machine has simulated come from it as such a journal, too.
+//! appends each when its result is there. Nothing is ever changed in place, so a crash can damage
+//! only the end. Cases that another machine has simulated come from it as such a journal, too.
 //!
-//! Every line is a JSON object. The first is the header, which states the program and the settings
-//! of the results. Each of the others is a case, numbered from 1:
+//! Every line is a JSON object. The first is the header, which states the program. Each of the
+//! others is a result under the [`Key`] of what it is the result of, whatever command asked for it:
+//! a command finds the results that it needs, and a study that changes keeps those of the cases
+//! that stay.
 //!
 //! ```json
-//! {"case":7,"metrics":{"contact_time_s":0.001,…},"turn_contact_normal_impulses_n_s":[0.002],"statistics":{"steps":80,…},"chart_changes":0,"check":"93b1f4b01ae5e0d7"}
-//! {"case":8,"error":"the step fell to rounding","check":"0d1c2ff4a01be67c"}
+//! {"key":"4c1f…","metrics":{"contact_time_s":0.001,…},"turn_contact_normal_impulses_n_s":[0.002],"statistics":{"steps":80,…},"chart_changes":0,"check":"93b1f4b01ae5e0d7"}
+//! {"key":"9e02…","error":"the step fell to rounding","check":"0d1c2ff4a01be67c"}
+//! {"key":"77ab…","forces":[41.2,8.1,1.2,98.0],"check":"5f3377e0c4d21b9a"}
 //! ```
 //!
 //! Where filaments scatter, `scatter` has the distribution of the tool force, in addition to
 //! `metrics`; where they touch each other, `brush` has what interaction changes; where the case was
 //! checked, `change_when_checked` has what that changed. `check` has the first 16 digits of the
 //! SHA-256 of the header's check and of the line before `check`. It reveals a line that is damaged
-//! or belongs to another journal. Numbers are written with digits that read back as the same `f64`:
+//! or comes from another program. Numbers are written with digits that read back as the same `f64`:
 //! the results of a resumed study equal those of an uninterrupted one to the bit.
 
-use std::collections::BTreeMap;
+use std::collections::HashMap;
+use std::fmt::{self, Display, Formatter};
 use std::io::{self, BufRead};
+use std::str::FromStr;
 use std::sync::LazyLock;
 
-use bristle_study::text::shown;
+use bristle::model::settings::Settings;
+use bristle::simulation::SOLVER_FINGERPRINT;
+use bristle_study::grid::{CaseResult, CaseSummary, Study};
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 use thiserror::Error;
 
 use crate::store::digest::digest;
-use crate::store::origin::{
-    CHECK_DIGITS, LONGEST_PATH, Program, each_difference, listed, sealed, settings, unsealed,
-};
-use bristle::simulation::SOLVER_FINGERPRINT;
-use bristle_study::grid::{CaseResult, CaseSummary, Study, SweepText, Tool, ToolText};
+use crate::store::origin::{CHECK_DIGITS, Program, listed, sealed, unsealed};
 
 /// The version of the format.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// SHA-256 of all code that affects results: the core's and that of `bristle_study::grid`.
 pub(crate) static SOLVER: LazyLock<String> = LazyLock::new(|| {
@@ -47,8 +50,25 @@ pub(crate) static SOLVER: LazyLock<String> = LazyLock::new(|| {
     )
 });
 
-/// How every header begins, whatever its format.
-const BEGINNING: &str = r#"{"journal":"bristle study","format":"#;
+/// The first line of a journal of this program, with its newline.
+static HEADER: LazyLock<String> = LazyLock::new(|| {
+    let header = Header {
+        journal: "bristle".to_owned(),
+        format: FORMAT,
+        program: Program::here(&SOLVER),
+    };
+    sealed("", &header)
+});
+
+/// The check of the header, which enters the check of every line.
+static SEED: LazyLock<&str> = LazyLock::new(|| {
+    let end = HEADER.len() - "\"}\n".len();
+    &HEADER[end - CHECK_DIGITS..end]
+});
+
+/// How every header begins, whatever its format. That of format 1 named the study.
+const BEGINNING: &str = r#"{"journal":"bristle"#;
+const FORMAT_KEY: &str = r#"","format":"#;
 /// A longer line was not written by this program.
 const MAX_LINE_BYTES: usize = 64 << 20;
 
@@ -56,15 +76,15 @@ const MAX_LINE_BYTES: usize = 64 << 20;
 #[derive(Debug, Error)]
 pub enum JournalError {
     /// It has no header.
-    #[error("it is not the journal of a study")]
+    #[error("it is not a journal of Bristle")]
     Foreign,
     /// Its header has another version of the format.
     #[error(
-        "it comes from another version of Bristle and has format {0}; this version writes format {FORMAT}"
+        "another version of Bristle wrote it, in format {0}; this version writes format {FORMAT}"
     )]
     Format(u64),
-    /// Its results do not belong to this study: the differences, one sentence each.
-    #[error("it holds results of another study or program:{}", listed(.0))]
+    /// Its results come from another build: the differences, one sentence each.
+    #[error("another build of Bristle wrote it:{}", listed(.0))]
     Other(Vec<String>),
     /// A line, counted from 1, is damaged, and not because its writing was interrupted: valid lines
     /// follow it.
@@ -75,15 +95,33 @@ pub enum JournalError {
     Unreadable(#[from] io::Error),
 }
 
-/// The contents of a journal.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Contents {
-    /// The result of each case; `None` if it is not in the journal.
-    pub results: Vec<Option<CaseResult>>,
-    /// As in [`Length`].
-    pub intact: u64,
-    /// As in [`Length`].
-    pub torn: u64,
+/// Identifies a result: digest of what it is the result of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Key(u128);
+
+impl Key {
+    /// The key of a simulation with these settings. `kind` tells different results of the same
+    /// settings apart.
+    #[must_use]
+    pub fn of(kind: &str, settings: &Settings) -> Self {
+        let text = serde_json::to_string(settings).expect("all keys are texts");
+        let digits = digest(format!("{kind}:{text}").as_bytes());
+        digits[..32].parse().expect("a digest has 64 digits")
+    }
+}
+
+impl Display for Key {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{:032x}", self.0)
+    }
+}
+
+impl FromStr for Key {
+    type Err = std::num::ParseIntError;
+
+    fn from_str(digits: &str) -> Result<Self, Self::Err> {
+        u128::from_str_radix(digits, 16).map(Self)
+    }
 }
 
 /// Length of a journal.
@@ -98,195 +136,94 @@ pub struct Length {
     pub torn: u64,
 }
 
-/// Writes and reads the lines of one study's journal.
-#[derive(Clone, Debug)]
-pub struct Journal {
-    header: String,
-    /// The header's check, which enters the check of every line.
-    seed: String,
-    case_count: usize,
-}
-
 /// The first line.
 #[derive(Serialize, Deserialize)]
-struct Header<S> {
+struct Header {
     journal: String,
     format: u32,
     #[serde(flatten)]
     program: Program,
-    /// The settings, of the first tool if tools are compared. Those that are swept have their first
-    /// value.
-    settings: S,
-    /// The tools that are compared.
-    #[serde(default = "Vec::new", skip_serializing_if = "Vec::is_empty")]
-    tools: Vec<ToolText<S>>,
-    sweeps: Vec<SweepText>,
 }
 
 /// Any other line.
-#[derive(Serialize, Deserialize)]
-struct Entry<S> {
-    /// Counted from 1.
-    case: usize,
+#[derive(Serialize)]
+struct Line<'a, T> {
+    key: String,
     #[serde(flatten)]
-    outcome: Outcome<S>,
+    result: &'a T,
 }
 
-#[derive(Serialize, Deserialize)]
-#[serde(untagged)]
-enum Outcome<S> {
-    Simulated {
-        #[serde(flatten)]
-        summary: S,
-        /// The only number of [`Statistics`](bristle::simulation::Statistics) that is in no other
-        /// file.
-        chart_changes: usize,
-    },
-    Failed {
-        error: String,
-    },
+/// What each line has, whatever its result.
+#[derive(Deserialize)]
+struct Keyed<'l> {
+    key: &'l str,
 }
 
-impl Journal {
-    /// The journal of `study`, simulated by this build of Bristle.
-    #[must_use]
-    pub fn new(study: &Study) -> Self {
-        let header = Header {
-            journal: "bristle study".to_owned(),
-            format: FORMAT,
-            program: Program::here(&SOLVER),
-            settings: study.base().clone(),
-            tools: study.tool_texts(),
-            sweeps: study.sweep_texts(),
-        };
-        let header = sealed("", &header);
-        let seed = check_of(&header).to_owned();
-        Self {
-            header,
-            seed,
-            case_count: study.case_count(),
+/// The first line, with its newline.
+#[must_use]
+pub fn header() -> &'static str {
+    &HEADER
+}
+
+/// The line of a result, with its newline.
+#[must_use]
+pub fn line(key: Key, result: &impl Serialize) -> String {
+    sealed(
+        &SEED,
+        &Line {
+            key: key.to_string(),
+            result,
+        },
+    )
+}
+
+/// Reads a journal from its beginning, and passes the key and the text of each line to `take`.
+///
+/// A damaged end was being written when the program or the machine stopped. It is left out, and
+/// [`Length::torn`] has its length.
+///
+/// # Errors
+/// If it is not a journal, comes from another build, or is damaged before its end. Some lines may
+/// have been passed on by then.
+pub fn read(
+    mut input: impl BufRead,
+    mut take: impl FnMut(Key, &str),
+) -> Result<Length, JournalError> {
+    let mut contents = Length { intact: 0, torn: 0 };
+    let mut line = Vec::new();
+    let length = read_line(&mut input, &mut line)?;
+    if line != HEADER.as_bytes() {
+        // A part of the header, or nothing, remains if the program stopped before it had written
+        // the header.
+        if !HEADER.as_bytes().starts_with(&line) && line.iter().any(|&byte| byte != 0) {
+            return Err(unlike(&line));
         }
+        contents.torn = length;
+        return Ok(contents);
     }
-
-    /// The first line, with its newline.
-    #[must_use]
-    pub fn header(&self) -> &str {
-        &self.header
-    }
-
-    /// The line of a case, counted from 0, with its newline.
-    #[must_use]
-    pub fn entry(&self, case: usize, result: &CaseResult) -> String {
-        let outcome = match result {
-            Ok(summary) => Outcome::Simulated {
-                summary,
-                chart_changes: summary.statistics.chart_changes,
-            },
-            Err(error) => Outcome::Failed {
-                error: error.clone(),
-            },
-        };
-        sealed(
-            &self.seed,
-            &Entry {
-                case: case + 1,
-                outcome,
-            },
-        )
-    }
-
-    /// Reads a journal of the study from its beginning.
-    ///
-    /// A damaged end was being written when the program or the machine stopped. It is left out, and
-    /// [`Contents::torn`] has its length.
-    ///
-    /// # Errors
-    /// If it is not a journal, belongs to another study or another build, or is damaged before its
-    /// end.
-    pub fn read(&self, study: &Study, input: impl BufRead) -> Result<Contents, JournalError> {
-        let mut results = vec![None; self.case_count];
-        let Length { intact, torn } =
-            self.read_each(study, input, |case, result| results[case] = Some(result))?;
-        Ok(Contents {
-            results,
-            intact,
-            torn,
-        })
-    }
-
-    /// [`Journal::read`], which passes each case, counted from 0, and its result to `take`.
-    ///
-    /// # Errors
-    /// As for [`Journal::read`]. Some cases may have been passed on by then.
-    pub fn read_each(
-        &self,
-        study: &Study,
-        mut input: impl BufRead,
-        mut take: impl FnMut(usize, CaseResult),
-    ) -> Result<Length, JournalError> {
-        let mut contents = Length { intact: 0, torn: 0 };
-        let mut line = Vec::new();
+    contents.intact = length;
+    let mut damaged = None;
+    for number in 2.. {
         let length = read_line(&mut input, &mut line)?;
-        if line != self.header.as_bytes() {
-            // A part of the header, or nothing, remains if the program stopped before it had
-            // written the header.
-            if !self.header.as_bytes().starts_with(&line) && line.iter().any(|&byte| byte != 0) {
-                return Err(unlike(study, &line));
-            }
-            contents.torn = length;
-            return Ok(contents);
+        if length == 0 {
+            break;
         }
-        contents.intact = length;
-        let mut damaged = None;
-        for number in 2.. {
-            let length = read_line(&mut input, &mut line)?;
-            if length == 0 {
-                break;
+        let intact = str::from_utf8(&line)
+            .ok()
+            .and_then(|text| Some((unsealed::<Keyed<'_>>(&SEED, text)?.key.parse().ok()?, text)));
+        match (intact, damaged) {
+            (Some((key, text)), None) => {
+                take(key, text);
+                contents.intact += length;
             }
-            match (self.decode(&line), damaged) {
-                (Some((case, result)), None) => {
-                    // A case that has to be checked is simulated again. Its later line replaces
-                    // this one.
-                    let is_complete = result
-                        .as_ref()
-                        .map_or(true, |summary| summary.change_when_checked.is_some());
-                    if is_complete || !study.checks() {
-                        take(case, result);
-                    }
-                    contents.intact += length;
-                }
-                (Some(_), Some(line)) => return Err(JournalError::Damaged(line)),
-                (None, _) => {
-                    damaged.get_or_insert(number);
-                    contents.torn += length;
-                }
+            (Some(_), Some(line)) => return Err(JournalError::Damaged(line)),
+            (None, _) => {
+                damaged.get_or_insert(number);
+                contents.torn += length;
             }
         }
-        Ok(contents)
     }
-
-    /// The case of a line and its result; `None` if the line is damaged.
-    fn decode(&self, line: &[u8]) -> Option<(usize, CaseResult)> {
-        let line = str::from_utf8(line).ok()?;
-        let Entry { case, outcome } = unsealed::<Entry<CaseSummary>>(&self.seed, line)?;
-        let case = case.checked_sub(1).filter(|&case| case < self.case_count)?;
-        let result = match outcome {
-            Outcome::Simulated {
-                mut summary,
-                chart_changes,
-            } => {
-                summary.statistics.chart_changes = chart_changes;
-                Ok(summary)
-            }
-            Outcome::Failed { error } => Err(error),
-        };
-        Some((case, result))
-    }
-}
-
-fn check_of(line: &str) -> &str {
-    let end = line.len() - "\"}\n".len();
-    &line[end - CHECK_DIGITS..end]
+    Ok(contents)
 }
 
 /// Reads a line with its newline and returns its length. If the line is too long, only its
@@ -311,111 +248,129 @@ fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<u64> {
     }
 }
 
-/// The reason why a first line is not the header of `study`.
-fn unlike(study: &Study, line: &[u8]) -> JournalError {
-    let Some(rest) = str::from_utf8(line)
-        .ok()
-        .and_then(|line| line.strip_prefix(BEGINNING))
-    else {
+/// The reason why a first line is not the header of this program.
+fn unlike(line: &[u8]) -> JournalError {
+    let text = str::from_utf8(line).ok();
+    let Some(rest) = text.and_then(|line| line.strip_prefix(BEGINNING)) else {
         return JournalError::Foreign;
     };
     // The format comes first, because another format may have another check.
-    let digits = rest
-        .find(|character: char| !character.is_ascii_digit())
-        .unwrap_or(rest.len());
-    match rest[..digits].parse() {
+    let digits = rest.split_once(FORMAT_KEY).map_or("", |(_, rest)| {
+        let end = rest.find(|character: char| !character.is_ascii_digit());
+        &rest[..end.unwrap_or(rest.len())]
+    });
+    match digits.parse() {
         Ok(found) if found != u64::from(FORMAT) => return JournalError::Format(found),
         _ => {}
     }
-    let line = format!("{BEGINNING}{rest}");
-    match unsealed::<Header<Value>>("", &line) {
-        Some(header) => JournalError::Other(differences(study, &header)),
+    match text.and_then(|line| unsealed::<Header>("", line)) {
+        Some(header) => JournalError::Other(header.program.differences(&Program::here(&SOLVER))),
         None => JournalError::Damaged(1),
     }
 }
 
-/// The differences of the tools of a journal from those here, as sentences.
-fn tool_differences(
-    there: &[ToolText<Value>],
-    here: &[Tool],
-    is_swept: impl Fn(&str) -> bool,
-) -> Vec<String> {
-    let names = |names: Vec<&str>| match names[..] {
-        [] => "none".to_owned(),
-        _ => names
-            .iter()
-            .map(|name| shown(name, LONGEST_PATH))
-            .collect::<Vec<_>>()
-            .join(", "),
-    };
-    let names_there = names(there.iter().map(|tool| tool.name.as_str()).collect());
-    let names_here = names(here.iter().map(|tool| tool.name.as_str()).collect());
-    if names_there != names_here {
-        return vec![format!("tools: {names_there} there, {names_here} here")];
-    }
-    let of_tool = |(there, here): (&ToolText<Value>, &Tool)| {
-        let mut differences = settings(&there.settings, &here.settings, &is_swept);
-        each_difference(&there.held, &here.text().held, |path, there, here| {
-            let text = |value: Option<&f64>| {
-                value.map_or("not stated".to_owned(), |value| format!("{value:?}"))
-            };
-            differences.push(format!(
-                "{}: {} there, {} here",
-                shown(path, LONGEST_PATH),
-                text(there),
-                text(here)
-            ));
-        });
-        let with_name = |difference| format!("tool {}, {difference}", here.name);
-        differences.into_iter().map(with_name).collect::<Vec<_>>()
-    };
-    there.iter().zip(here).flat_map(of_tool).collect()
+/// The keys of the cases of a study, by which its results are written and found.
+#[derive(Clone, Debug)]
+pub struct StudyKeys {
+    keys: Vec<Key>,
+    /// The cases of each key: several if cases have the same settings.
+    cases: HashMap<Key, Vec<usize>>,
+    /// Whether only results that were checked count.
+    checks: bool,
 }
 
-/// The differences of a journal's header from that of `study`, as sentences.
-fn differences(study: &Study, there: &Header<Value>) -> Vec<String> {
-    let mut differences = there.program.differences(&Program::here(&SOLVER));
-    let here = study.sweep_texts();
-    let named = |sweeps: &[SweepText]| -> BTreeMap<String, Vec<f64>> {
-        sweeps
-            .iter()
-            .map(|sweep| (sweep.setting.clone(), sweep.values.clone()))
-            .collect()
-    };
-    let (sweeps_there, sweeps_here) = (named(&there.sweeps), named(&here));
-    // The base has only the first value of a setting that is swept on both sides.
-    let is_swept = |path: &str| sweeps_there.contains_key(path) && sweeps_here.contains_key(path);
-    let (tools_there, tools_here) = (&there.tools, study.tools());
-    if tools_there.is_empty() || tools_here.is_empty() {
-        differences.extend(settings(&there.settings, study.base(), is_swept));
+/// The result of a case.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum Outcome<S> {
+    Simulated {
+        #[serde(flatten)]
+        summary: S,
+        /// The only number of [`Statistics`](bristle::simulation::Statistics) that is in no other
+        /// file.
+        chart_changes: usize,
+    },
+    Failed {
+        error: String,
+    },
+}
+
+impl StudyKeys {
+    /// The keys of all cases.
+    #[must_use]
+    pub fn new(study: &Study) -> Self {
+        let keys: Vec<Key> = (0..study.case_count())
+            .map(|case| Key::of("case", &study.settings(case)))
+            .collect();
+        let mut cases: HashMap<Key, Vec<usize>> = HashMap::with_capacity(keys.len());
+        for (case, key) in keys.iter().enumerate() {
+            cases.entry(*key).or_default().push(case);
+        }
+        Self {
+            keys,
+            cases,
+            checks: study.checks(),
+        }
     }
-    differences.extend(tool_differences(tools_there, tools_here, is_swept));
-    each_difference(&sweeps_there, &sweeps_here, |path, there, here| {
-        let [there, here] = [there, here].map(|values| match values.map(Vec::as_slice) {
-            None => "not swept".to_owned(),
-            Some([]) => "no value".to_owned(),
-            Some([only]) => format!("{only:?}"),
-            Some([first, .., last]) => {
-                format!(
-                    "{} values from {first:?} to {last:?}",
-                    values.map_or(0, Vec::len)
-                )
-            }
-        });
-        let among = if there == here {
-            ", with others in between"
-        } else {
-            ""
+
+    /// The line of a case, counted from 0, with its newline.
+    #[must_use]
+    pub fn line(&self, case: usize, result: &CaseResult) -> String {
+        let outcome = match result {
+            Ok(summary) => Outcome::Simulated {
+                summary,
+                chart_changes: summary.statistics.chart_changes,
+            },
+            Err(error) => Outcome::Failed {
+                error: error.clone(),
+            },
         };
-        let path = shown(path, LONGEST_PATH);
-        differences.push(format!(
-            "sweep of {path}: {there} there, {here} here{among}"
-        ));
-    });
-    if differences.is_empty() {
-        differences.push("the sweeps are in another order".to_owned());
+        line(self.keys[case], &outcome)
     }
-    differences
+
+    /// The cases, counted from 0, whose result a line has, and that result; `None` if it is that of
+    /// anything else. A case that has to be checked, and was not, is simulated again.
+    #[must_use]
+    pub fn result_of(&self, key: Key, line: &str) -> Option<(&[usize], CaseResult)> {
+        let cases = self.cases.get(&key)?;
+        let result = match serde_json::from_str(line).ok()? {
+            Outcome::<CaseSummary>::Simulated {
+                mut summary,
+                chart_changes,
+            } => {
+                summary.statistics.chart_changes = chart_changes;
+                Ok(summary)
+            }
+            Outcome::Failed { error } => Err(error),
+        };
+        let is_complete = !self.checks
+            || result
+                .as_ref()
+                .map_or(true, |summary| summary.change_when_checked.is_some());
+        is_complete.then_some((cases.as_slice(), result))
+    }
+
+    /// Reads the results of a journal. A later line of a case replaces an earlier one.
+    ///
+    /// # Errors
+    /// As for [`read`].
+    pub fn read(
+        &self,
+        input: impl BufRead,
+    ) -> Result<(Vec<Option<CaseResult>>, Length), JournalError> {
+        let mut results = vec![None; self.keys.len()];
+        let length = read(input, |key, line| self.take(key, line, &mut results))?;
+        Ok((results, length))
+    }
+
+    /// Takes the result of a line.
+    pub fn take(&self, key: Key, line: &str, results: &mut [Option<CaseResult>]) {
+        if let Some((cases, result)) = self.result_of(key, line) {
+            for &case in cases {
+                results[case] = Some(result.clone());
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -424,6 +379,7 @@ mod tests {
     use crate::testing::brush;
     use bristle_study::grid::run_study;
     use bristle_study::input::document::Document;
+    use serde_json::Value;
 
     /// Six cases, of which the last three fail.
     const FILE: &str = concat!(
@@ -448,40 +404,36 @@ mod tests {
         run_study(study, None, || ()).expect("the threads start")
     }
 
-    fn text(journal: &Journal, results: &[CaseResult]) -> String {
-        let entries = results
+    fn text(keys: &StudyKeys, results: &[CaseResult]) -> String {
+        let lines = results
             .iter()
             .enumerate()
-            .map(|(case, result)| journal.entry(case, result));
-        journal.header().to_owned() + &entries.collect::<String>()
+            .map(|(case, result)| keys.line(case, result));
+        header().to_owned() + &lines.collect::<String>()
     }
 
-    /// The study of [`FILE`], its journal, and the text of that with all results.
-    fn whole() -> (Study, Journal, String) {
+    /// The keys of the study of [`FILE`], and the text of its journal with all results.
+    fn whole() -> (StudyKeys, String) {
         let study = study(FILE);
-        let journal = Journal::new(&study);
-        let text = text(&journal, &results(&study));
-        (study, journal, text)
+        let keys = StudyKeys::new(&study);
+        let text = text(&keys, &results(&study));
+        (keys, text)
     }
 
-    /// The header of a journal with a `change`, sealed anew.
-    fn resealed(journal: &Journal, change: impl FnOnce(&mut Value)) -> String {
-        let line = journal
-            .header()
-            .split_once(",\"check\"")
-            .expect("a check")
-            .0;
+    /// The header with a `change`, sealed anew.
+    fn resealed(change: impl FnOnce(&mut Value)) -> String {
+        let line = header().split_once(",\"check\"").expect("a check").0;
         let mut header: Value = serde_json::from_str(&format!("{line}}}")).expect("JSON");
         change(&mut header);
         // Through the structure, so that the keys are in the order of a header.
-        let typed: Header<Value> = serde_json::from_value(header).expect("a header");
+        let typed: Header = serde_json::from_value(header).expect("a header");
         sealed("", &typed)
     }
 
     #[test]
     fn what_is_written_is_read_back_to_the_bit() {
         let study = study(FILE);
-        let journal = Journal::new(&study);
+        let keys = StudyKeys::new(&study);
         let mut results = results(&study);
         // Numbers that are easily lost in conversion.
         if let Ok(summary) = &mut results[0] {
@@ -494,16 +446,14 @@ mod tests {
         }
         assert!(results[2].is_ok() && results[3].is_err());
         results[4] = Err("two\nlines, \"quotes\", µ and \",\"check\":\"".to_owned());
-        let text = text(&journal, &results);
+        let text = text(&keys, &results);
         assert_eq!(text.lines().count(), 7);
         assert!(text.lines().all(|line| {
             serde_json::from_str::<Value>(line).is_ok_and(|line| line["check"].is_string())
         }));
-        let contents = journal
-            .read(&study, text.as_bytes())
-            .expect("the journal is whole");
-        assert_eq!((contents.intact, contents.torn), (text.len() as u64, 0));
-        let read: Vec<CaseResult> = contents.results.into_iter().flatten().collect();
+        let (read, length) = keys.read(text.as_bytes()).expect("the journal is whole");
+        assert_eq!((length.intact, length.torn), (text.len() as u64, 0));
+        let read: Vec<CaseResult> = read.into_iter().flatten().collect();
         assert_eq!(read, results);
         let bits = |result: &CaseResult| {
             result
@@ -516,11 +466,11 @@ mod tests {
 
     #[test]
     fn an_end_that_is_cut_off_anywhere_is_left_out() {
-        let (study, journal, text) = whole();
+        let (keys, text) = whole();
         let lines: Vec<&str> = text.split_inclusive('\n').collect();
         for length in 0..text.len() {
-            let contents = journal
-                .read(&study, &text.as_bytes()[..length])
+            let (results, found) = keys
+                .read(&text.as_bytes()[..length])
                 .expect("the rest is whole");
             let mut whole = 0;
             let mut intact = 0;
@@ -528,33 +478,28 @@ mod tests {
                 intact += lines[whole].len();
                 whole += 1;
             }
-            assert_eq!(
-                (contents.intact, contents.torn),
-                (intact as u64, (length - intact) as u64),
-                "{length}"
-            );
-            let done = contents.results.iter().flatten().count();
+            let expected = (intact as u64, (length - intact) as u64);
+            assert_eq!((found.intact, found.torn), expected, "{length}");
+            let done = results.iter().flatten().count();
             assert_eq!(done, whole.saturating_sub(1), "{length}");
         }
     }
 
     #[test]
     fn an_end_that_never_came_to_the_disk_is_left_out() {
-        let (study, journal, text) = whole();
+        let (keys, text) = whole();
         let begin = text.len() - 700;
         let mut bytes = text.clone().into_bytes();
         bytes[begin..].fill(0);
-        let contents = journal
-            .read(&study, bytes.as_slice())
-            .expect("the rest is whole");
-        assert_eq!(contents.intact + contents.torn, text.len() as u64);
-        assert!(contents.intact <= begin as u64);
-        assert!(contents.results.iter().flatten().count() > 0);
+        let (results, length) = keys.read(bytes.as_slice()).expect("the rest is whole");
+        assert_eq!(length.intact + length.torn, text.len() as u64);
+        assert!(length.intact <= begin as u64);
+        assert!(results.iter().flatten().count() > 0);
         let zeros = vec![0; 5000];
-        let contents = journal
-            .read(&study, zeros.as_slice())
+        let (_, length) = keys
+            .read(zeros.as_slice())
             .expect("nothing has come to the disk");
-        assert_eq!((contents.intact, contents.torn), (0, 5000));
+        assert_eq!((length.intact, length.torn), (0, 5000));
     }
 
     /// Damage before the last line is an error with the line's number. Damage to the last line
@@ -562,23 +507,25 @@ mod tests {
     #[test]
     fn every_changed_byte_is_noticed() {
         let study = study(FILE);
-        let journal = Journal::new(&study);
-        let whole = text(&journal, &results(&study)[..4]);
+        let keys = StudyKeys::new(&study);
+        let whole = text(&keys, &results(&study)[..4]);
         let last = whole.trim_end().rfind('\n').expect("several lines") + 1;
         for at in 0..whole.len() {
             let mut bytes = whole.clone().into_bytes();
             bytes[at] ^= 1;
             let line = whole[..at].matches('\n').count() as u64 + 1;
-            match journal.read(&study, bytes.as_slice()) {
-                Ok(contents) => {
+            match keys.read(bytes.as_slice()) {
+                Ok((results, _)) => {
                     // Without the newline before it, the last line merges with the one before.
                     let lost = if at == last - 1 { 2 } else { 1 };
                     assert!(at >= last - 1, "{at}");
-                    assert_eq!(contents.results.iter().flatten().count(), 4 - lost);
+                    assert_eq!(results.iter().flatten().count(), 4 - lost);
                 }
                 Err(JournalError::Damaged(found)) => assert_eq!(found, line, "{at}"),
                 Err(JournalError::Foreign) => assert!(at < BEGINNING.len(), "{at}"),
-                Err(JournalError::Format(_)) => assert_eq!(at, BEGINNING.len()),
+                Err(JournalError::Format(_)) => {
+                    assert_eq!(at, BEGINNING.len() + FORMAT_KEY.len());
+                }
                 Err(error) => panic!("{at}: {error}"),
             }
         }
@@ -586,9 +533,8 @@ mod tests {
 
     #[test]
     fn what_is_no_journal_is_told_from_one() {
-        let study = study(FILE);
-        let journal = Journal::new(&study);
-        let read = |text: &str| journal.read(&study, text.as_bytes());
+        let keys = StudyKeys::new(&study(FILE));
+        let read = |text: &str| keys.read(text.as_bytes());
         for text in [
             "hello",
             "\n",
@@ -598,99 +544,65 @@ mod tests {
         ] {
             assert!(matches!(read(text), Err(JournalError::Foreign)), "{text:?}");
         }
-        let newer = journal
-            .header()
-            .replacen("\"format\":1", "\"format\":27", 1);
-        assert!(matches!(read(&newer), Err(JournalError::Format(27))));
+        // That of version 0.2, too.
+        for (from, to, format) in [
+            ("\"format\":2", "\"format\":27", 27),
+            (
+                "\"bristle\",\"format\":2",
+                "\"bristle study\",\"format\":1",
+                1,
+            ),
+        ] {
+            let other = header().replacen(from, to, 1);
+            assert!(matches!(read(&other), Err(JournalError::Format(found)) if found == format));
+        }
     }
 
+    /// A study that changes keeps the results of the cases that stay.
     #[test]
-    fn lines_of_another_journal_are_not_taken() {
-        let (here, there) = (study(FILE), study(&FILE.replace("0.040", "0.041")));
-        let (journal, other) = (Journal::new(&here), Journal::new(&there));
-        let entry = other.entry(0, &Err("there".to_owned()));
-        let mixed = journal.header().to_owned() + &entry;
-        let contents = journal
-            .read(&here, mixed.as_bytes())
-            .expect("the end is left out");
-        assert_eq!(contents.torn, entry.len() as u64);
-        // The number of a case that the study does not have, with a correct check.
-        let beyond = journal.header().to_owned()
-            + &journal.entry(6, &Err("there is no seventh case".to_owned()));
-        let contents = journal
-            .read(&here, beyond.as_bytes())
-            .expect("the end is left out");
-        assert!(contents.torn > 0 && contents.results.iter().all(Option::is_none));
-    }
-
-    #[test]
-    fn other_settings_are_named() {
-        let here = study(FILE);
-        let differences = |file: &str| {
-            let there = Journal::new(&study(file));
-            match Journal::new(&here).read(&here, there.header().as_bytes()) {
-                Err(JournalError::Other(differences)) => differences.join("; "),
-                other => panic!("{other:?}"),
-            }
+    fn results_are_found_by_their_settings() {
+        let (_, text) = whole();
+        let found = |file: &str| {
+            let (results, length) = StudyKeys::new(&study(file))
+                .read(text.as_bytes())
+                .expect("a journal");
+            assert_eq!(length.torn, 0);
+            results.iter().map(Option::is_some).collect::<Vec<_>>()
         };
-        assert_eq!(
-            differences(&FILE.replace("0.040", "0.041")),
-            "filament.length_m: 0.041 there, 0.04 here"
+        assert_eq!(found(&FILE.replace("0.040", "0.041")), [false; 6]);
+        let more = FILE.replace("[5.0, 10.0, 20.0]", "[10.0, 15.0]");
+        assert_eq!(found(&more), [true, false, true, false]);
+        let twice = FILE.replace("[1.0e-3]", "[1.0e-3, 1.0e-3]");
+        assert_eq!(found(&twice), [true; 12]);
+        let checked = StudyKeys::new(&study(FILE).checked());
+        let (results, _) = checked.read(text.as_bytes()).expect("a journal");
+        assert!(
+            results[..3].iter().all(Option::is_none),
+            "those that were not checked are simulated again"
         );
-        assert_eq!(
-            differences(&FILE.replace("[5.0, 10.0, 20.0]", "[5.0, 11.0, 20.0]")),
-            "sweep of process.brushing_velocity_m_s: 3 values from 5.0 to 20.0 there, 3 values from 5.0 to 20.0 here, \
-             with others in between"
-        );
-        assert_eq!(
-            differences(&FILE.replace("[1.0e-3]", "[1.0e-3, 2.0e-3]")),
-            "sweep of process.penetration_depth_m: 2 values from 0.001 to 0.002 there, 0.001 here"
-        );
-        assert_eq!(
-            differences(&FILE.replace("\"contact.stiffness_n_m\"", "\"contact.damping_s_m\"")),
-            "contact.damping_s_m: 100000.0 there, 0.0 here; \
-             sweep of contact.damping_s_m: 2 values from 100000.0 to 1e300 there, not swept here; \
-             sweep of contact.stiffness_n_m: not swept there, 2 values from 100000.0 to 1e300 here"
-        );
-        let two = "\"filament.damping_ratio\" = [0.05]\n\"contact.exponent\" = [1.0]\n";
-        let other_way = "\"contact.exponent\" = [1.0]\n\"filament.damping_ratio\" = [0.05]\n";
-        let here = study(&format!("{FILE}\n{two}"));
-        let there = Journal::new(&study(&format!("{FILE}\n{other_way}")));
-        let error = Journal::new(&here)
-            .read(&here, there.header().as_bytes())
-            .expect_err("the order is another");
-        assert!(error.to_string().contains("another order"), "{error}");
     }
 
     #[test]
     fn another_build_is_named() {
-        let here = study(FILE);
-        let journal = Journal::new(&here);
+        let keys = StudyKeys::new(&study(FILE));
         for (what, value) in [
             ("version", "9.9.9"),
             ("equations", "abc"),
             ("solver", "µµµµµµµµ"),
         ] {
-            let header = resealed(&journal, |header| header[what] = Value::from(value));
-            let error = journal
-                .read(&here, header.as_bytes())
-                .expect_err("another build");
+            let header = resealed(|header| header[what] = Value::from(value));
+            let error = keys.read(header.as_bytes()).expect_err("another build");
             assert!(error.to_string().contains(what), "{error}");
         }
     }
 
     #[test]
     fn a_hostile_header_cannot_drive_the_terminal() {
-        let here = study(FILE);
-        let journal = Journal::new(&here);
+        let keys = StudyKeys::new(&study(FILE));
         let hostile = "\u{1b}[2J\n\u{9b}\u{202e}".to_owned() + &"x".repeat(10_000);
-        let header = resealed(&journal, |header| {
-            header["version"] = Value::from(hostile.clone());
-            header["settings"]["tool"][hostile.as_str()] = Value::from(hostile.clone());
-            header["sweeps"][0]["setting"] = Value::from(hostile);
-        });
-        let error = journal
-            .read(&here, header.as_bytes())
+        let header = resealed(|header| header["version"] = Value::from(hostile));
+        let error = keys
+            .read(header.as_bytes())
             .expect_err("another build")
             .to_string();
         assert!(

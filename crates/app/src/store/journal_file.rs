@@ -1,4 +1,4 @@
-//! The journal file of a study: locked, read, appended to, and synced to disk.
+//! The journal file of a directory: locked, read, appended to, and synced to disk.
 //!
 //! The operating system has the line of a case before the next case of its lane starts, so a killed
 //! program loses only the cases in progress. A separate thread syncs the lines to disk, many at a
@@ -13,13 +13,13 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use crate::store::journal::{Contents, Journal, JournalError};
-use bristle_study::grid::{CaseResult, Study};
+use crate::store::journal::{self, JournalError, Key, Length};
 use bristle_study::text::shown_path;
 use thiserror::Error;
 use tracing::{debug, warn};
 
 use crate::store::disk::{lock, synced};
+use crate::store::previous::Previous;
 use crate::store::staged::FileError;
 
 /// Name of the file in the results directory.
@@ -43,20 +43,9 @@ pub enum JournalFileError {
     File(#[from] FileError),
 }
 
-fn advice(error: &JournalError) -> &'static str {
-    match error {
-        JournalError::Foreign => "help: move the file away, or choose another directory with --out",
-        _ => {
-            "help: choose another directory with --out to keep these results, \
-             or use --restart to discard them and simulate all cases again"
-        }
-    }
-}
-
-/// The journal of a running study. No other process can open it meanwhile.
+/// The journal of a running command. No other process can open it meanwhile.
 #[derive(Debug)]
 pub struct JournalFile {
-    journal: Journal,
     shared: Arc<Shared>,
     /// `None` once the thread has ended.
     syncing: Option<JoinHandle<()>>,
@@ -75,7 +64,8 @@ struct Shared {
 struct Written {
     /// Length of the complete lines in bytes.
     length: u64,
-    cases: usize,
+    /// Number of results that this process has appended.
+    appended: usize,
     /// Whether lines were appended since the last sync.
     fresh: bool,
     closing: bool,
@@ -83,76 +73,82 @@ struct Written {
     error: Option<io::Error>,
 }
 
-/// What the journal held when it was opened.
-#[derive(Debug)]
-pub struct Earlier {
-    /// The result of each case; `None` if the case has yet to be simulated.
-    pub results: Vec<Option<CaseResult>>,
+/// What happened to the journal of an earlier command when it was opened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Opened {
     /// Length in bytes of an incomplete last line, which has been dropped.
     pub torn: u64,
-    /// Whether a restart has discarded the earlier contents.
+    /// Whether a restart has discarded its contents.
     pub discarded: bool,
 }
 
 impl JournalFile {
-    /// Opens the journal of `study` in a directory. Starts a new one if there is none, or if
-    /// `restart` is set.
+    /// Opens the journal in a directory, and passes the key and the text of each line to `take`.
+    /// Starts a new one if there is none, or if `restart` is set. One of another build goes to
+    /// `previous`.
     ///
     /// # Errors
-    /// If another process writes there, or the journal is not one of this study or cannot be read
-    /// or written.
+    /// If another process writes there, the file is no journal, is damaged before its end, or cannot
+    /// be read or written.
     pub fn open(
         directory: &Path,
-        study: &Study,
         restart: bool,
-    ) -> Result<(Self, Earlier), JournalFileError> {
+        previous: &mut Previous,
+        mut take: impl FnMut(Key, &str),
+    ) -> Result<(Self, Opened), JournalFileError> {
         let path = directory.join(JOURNAL);
-        let opened = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .open(&path);
-        let file = opened.map_err(|error| FileError::new("open", &path, error))?;
-        lock(&file, &path, directory)?;
-
-        let journal = Journal::new(study);
-        let nothing = || Contents {
-            results: vec![None; study.case_count()],
-            intact: 0,
-            torn: 0,
-        };
-        let (contents, discarded) = match journal.read(study, BufReader::new(&file)) {
-            Ok(Contents { intact, .. }) if restart => (nothing(), intact > 0),
-            Ok(contents) => (contents, false),
+        let mut file = open_locked(&path, directory)?;
+        let nothing = Length { intact: 0, torn: 0 };
+        let mut discarded = false;
+        let length = match journal::read(BufReader::new(&file), |key, line| {
+            if !restart {
+                take(key, line);
+            }
+        }) {
             Err(JournalError::Unreadable(error)) => {
                 return Err(FileError::new("read", &path, error).into());
             }
             // A file that is not a journal belongs to someone else: not even a restart may discard
             // it.
-            Err(error) if !restart || matches!(error, JournalError::Foreign) => {
-                return Err(JournalFileError::Refused(format!(
-                    "cannot resume from `{}`: {error}\n{}",
-                    shown_path(&path),
-                    advice(&error)
-                )));
+            Err(JournalError::Foreign) => {
+                return Err(refused(
+                    &path,
+                    &JournalError::Foreign,
+                    "help: move the file away, or choose another directory with --out",
+                ));
             }
-            Err(_) => (nothing(), true),
+            Ok(length) if restart => {
+                discarded = length.intact > 0;
+                nothing
+            }
+            Err(_) if restart => {
+                discarded = true;
+                nothing
+            }
+            Ok(length) => length,
+            Err(JournalError::Format(_) | JournalError::Other(_)) => {
+                previous.keep(JOURNAL)?;
+                file = open_locked(&path, directory)?;
+                nothing
+            }
+            Err(error @ JournalError::Damaged(_)) => {
+                return Err(refused(
+                    &path,
+                    &error,
+                    "help: choose another directory with --out to keep these results, \
+                     or use --restart to discard them and simulate all cases again",
+                ));
+            }
         };
-        let Contents {
-            results,
-            intact,
-            torn,
-        } = contents;
-        let cases = results.iter().flatten().count();
+        let Length { intact, torn } = length;
         if torn > 0 {
             warn!(path = %shown_path(&path), bytes = torn, "dropped an incomplete line at the end of the journal");
         }
-        debug!(path = %shown_path(&path), cases, "journal opened");
+        debug!(path = %shown_path(&path), bytes = intact, "journal opened");
 
         let mut state = Written {
             length: intact,
-            cases,
+            appended: 0,
             fresh: false,
             closing: false,
             error: None,
@@ -160,7 +156,7 @@ impl JournalFile {
         let begun = if intact > 0 {
             state.cut(&file)
         } else {
-            state.begin(&file, journal.header(), directory)
+            state.begin(&file, journal::header(), directory)
         };
         begun.map_err(|error| FileError::new("write", &path, error))?;
         let shared = Arc::new(Shared {
@@ -179,51 +175,36 @@ impl JournalFile {
                     })?,
             )
         };
-        Ok((
-            Self {
-                journal,
-                shared,
-                syncing,
-            },
-            Earlier {
-                results,
-                torn,
-                discarded,
-            },
-        ))
+        Ok((Self { shared, syncing }, Opened { torn, discarded }))
     }
 
-    /// The results in the journal of `study` in a directory, which is left as it is.
+    /// Passes the key and the text of each line of the journal in a directory to `take`, and leaves
+    /// it as it is.
     ///
     /// # Errors
-    /// If there is no journal of this study that can be read.
-    pub fn read(
-        directory: &Path,
-        study: &Study,
-    ) -> Result<Vec<Option<CaseResult>>, JournalFileError> {
+    /// If there is no journal of this build that can be read.
+    pub fn read(directory: &Path, take: impl FnMut(Key, &str)) -> Result<(), JournalFileError> {
         let path = directory.join(JOURNAL);
         let file = File::open(&path).map_err(|error| FileError::new("open", &path, error))?;
-        match Journal::new(study).read(study, BufReader::new(&file)) {
-            Ok(Contents { results, .. }) => Ok(results),
+        match journal::read(BufReader::new(&file), take) {
+            Ok(_) => Ok(()),
             Err(JournalError::Unreadable(error)) => {
                 Err(FileError::new("read", &path, error).into())
             }
-            Err(error) => Err(JournalFileError::Refused(format!(
-                "`{}` is no shard of this study: {error}\n\
-                 help: state the file and the options of the shards",
-                shown_path(&path)
-            ))),
+            Err(error) => Err(refused(
+                &path,
+                &error,
+                "help: simulate its study again, by this build",
+            )),
         }
     }
 
-    /// Appends the line of a case, counted from 0. Appends nothing after an error; [`Self::settle`]
-    /// returns that error.
-    pub fn append(&self, case: usize, result: &CaseResult) -> ControlFlow<()> {
-        let line = self.journal.entry(case, result);
+    /// Appends a line. Appends nothing after an error; [`Self::settle`] returns that error.
+    pub fn append(&self, line: &str) -> ControlFlow<()> {
         let mut state = self.shared.state();
         if state.error.is_none() {
             let waits = !state.fresh;
-            state.append(&self.shared.file, &line);
+            state.append(&self.shared.file, line);
             if waits {
                 self.shared.changed.notify_one();
             }
@@ -255,13 +236,13 @@ impl JournalFile {
         }
     }
 
-    /// The number of cases in the journal.
-    pub fn cases(&self) -> usize {
-        self.shared.state().cases
+    /// The number of lines that this process has appended.
+    pub fn appended(&self) -> usize {
+        self.shared.state().appended
     }
 
     /// A function that waits until the line in progress is complete, then calls `end` with the
-    /// number of cases.
+    /// number of lines that this process has appended.
     ///
     /// It is meant for a signal that ends the program: `end` does not return, and no further line
     /// is started.
@@ -272,8 +253,36 @@ impl JournalFile {
         let shared = Arc::clone(&self.shared);
         move || {
             let state = shared.state();
-            end(state.cases);
+            end(state.appended);
         }
+    }
+}
+
+/// Opens the file, which no other process has open.
+fn open_locked(path: &Path, directory: &Path) -> Result<File, JournalFileError> {
+    let opened = OpenOptions::new()
+        .read(true)
+        .write(true)
+        .create(true)
+        .truncate(false)
+        .open(path);
+    let file = opened.map_err(|error| FileError::new("open", path, error))?;
+    lock(&file, path, directory)?;
+    Ok(file)
+}
+
+fn refused(path: &Path, error: &JournalError, advice: &str) -> JournalFileError {
+    JournalFileError::Refused(format!(
+        "cannot resume from `{}`: {error}\n{advice}",
+        shown_path(path)
+    ))
+}
+
+/// Ends the thread, and with it the lock.
+impl Drop for JournalFile {
+    fn drop(&mut self) {
+        // Whoever needs to know of an error has settled before.
+        let _ = self.settle();
     }
 }
 
@@ -333,7 +342,7 @@ impl Written {
         match file.write_all(line.as_bytes()) {
             Ok(()) => {
                 self.length += line.len() as u64;
-                self.cases += 1;
+                self.appended += 1;
                 self.fresh = true;
             }
             Err(error) => {

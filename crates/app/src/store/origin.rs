@@ -1,13 +1,8 @@
-//! What a file of a stopped run belongs to: a program and its settings. Lines of text that carry a
-//! check, and differences in words.
-
-use std::collections::{BTreeMap, BTreeSet};
+//! The program that a file of a stopped run belongs to, and lines of text that carry a check.
 
 use bristle::equations::FINGERPRINT;
-use bristle::model::settings::Settings;
-use bristle_study::text::{shortened, shown};
+use bristle_study::text::shortened;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 use crate::store::digest::digest;
 
@@ -15,8 +10,6 @@ use crate::store::digest::digest;
 pub(crate) const CHECK_DIGITS: usize = 16;
 /// The largest number of differences that an error lists.
 const MAX_DIFFERENCES: usize = 6;
-/// Longest path of a setting in such a list, in characters.
-pub(crate) const LONGEST_PATH: usize = 80;
 
 /// Differences as lines of an error.
 pub(crate) fn listed(differences: &[String]) -> String {
@@ -96,68 +89,4 @@ impl Program {
             .map(difference)
             .collect()
     }
-}
-
-/// The differences of settings from those here, except those that `is_left_out` names by their
-/// paths.
-pub(crate) fn settings(
-    there: &Value,
-    here: &Settings,
-    is_left_out: impl Fn(&str) -> bool,
-) -> Vec<String> {
-    let mut differences = Vec::new();
-    let here = leaves(&serde_json::to_value(here).unwrap_or_default());
-    each_difference(&leaves(there), &here, |path, there, here| {
-        if !is_left_out(path) {
-            let text = |value: Option<&Value>| {
-                value.map_or("not stated".to_owned(), |value| {
-                    shortened(&value.to_string())
-                })
-            };
-            let path = shown(path, LONGEST_PATH);
-            differences.push(format!(
-                "{path}: {} there, {} here",
-                text(there),
-                text(here)
-            ));
-        }
-    });
-    differences
-}
-
-/// Calls `different` for each key whose values differ.
-pub(crate) fn each_difference<V: PartialEq>(
-    there: &BTreeMap<String, V>,
-    here: &BTreeMap<String, V>,
-    mut different: impl FnMut(&str, Option<&V>, Option<&V>),
-) {
-    let keys: BTreeSet<&String> = there.keys().chain(here.keys()).collect();
-    for key in keys {
-        let (there, here) = (there.get(key), here.get(key));
-        if there != here {
-            different(key, there, here);
-        }
-    }
-}
-
-/// The values within an object of objects, by dotted path.
-pub fn leaves(value: &Value) -> BTreeMap<String, Value> {
-    let mut found = BTreeMap::new();
-    let mut open = vec![(String::new(), value)];
-    while let Some((path, value)) = open.pop() {
-        match value {
-            Value::Object(fields) => open.extend(fields.iter().map(|(key, value)| {
-                let path = if path.is_empty() {
-                    key.clone()
-                } else {
-                    format!("{path}.{key}")
-                };
-                (path, value)
-            })),
-            value => {
-                found.insert(path, value.clone());
-            }
-        }
-    }
-    found
 }

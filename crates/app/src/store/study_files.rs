@@ -2,11 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::store::results::{Origin, study_text_from, write_runs};
+use crate::store::previous::Previous;
+use crate::store::results::{Origin, read_study, study_text_from, write_runs};
 use bristle_study::grid::{CaseResult, Study};
+use bristle_study::input::measured::{Measurement, measured_text};
+use bristle_study::input::statement::Statement;
 
 use crate::store::journal_file::JOURNAL;
-use crate::store::staged::{FileError, Occupied, StagedFile, Written, occupy, prepare_directory};
+use crate::store::staged::{
+    FileError, Occupied, StagedFile, Written, occupy, prepare_directory, read_results,
+};
 
 /// Names of the files.
 pub const STUDY: &str = "study.json";
@@ -21,6 +26,9 @@ pub const MEASURED: &str = "measured.csv";
 /// How far they deviate.
 pub const COMPARISON: &str = "measured_comparison.csv";
 
+/// The files of a study that its journal does not hold.
+const RESULTS: [&str; 6] = [RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, COMPARISON];
+
 /// Prepares a directory for the results of a study, and announces that this process writes to it,
 /// and what else to `subdirectories`.
 ///
@@ -31,30 +39,71 @@ pub fn occupy_results(
     subdirectories: &[Written<'_>],
 ) -> Result<Occupied, FileError> {
     prepare_directory(directory)?;
-    let names = [
-        RUNS,
-        RUNS_PARQUET,
-        STUDY,
-        REPORT,
-        MEASURED,
-        COMPARISON,
-        JOURNAL,
-    ];
-    let is_result = |name: &str| names.contains(&name);
+    let is_result = |name: &str| RESULTS.contains(&name) || name == JOURNAL;
     let mut written: Vec<Written<'_>> = vec![("", &is_result)];
     written.extend_from_slice(subdirectories);
     occupy(directory, &written)
 }
 
+/// Moves the results of another study than `study` to `previous`, and the `subdirectories` with
+/// them.
+///
+/// # Errors
+/// If they cannot be moved.
+pub fn keep_others(
+    directory: &Path,
+    study: &Study,
+    subdirectories: &[Written<'_>],
+    previous: &mut Previous,
+) -> Result<(), FileError> {
+    let path = directory.join(STUDY);
+    if !path.exists() {
+        return Ok(());
+    }
+    let text = read_results(&path)?;
+    let is_same = read_study(&text, STUDY).is_ok_and(|saved| saved.study.has_cases_of(study));
+    if is_same {
+        return Ok(());
+    }
+    let subdirectories = subdirectories.iter().map(|(name, _)| *name);
+    RESULTS
+        .into_iter()
+        .chain(subdirectories)
+        .try_for_each(|name| previous.keep(name))
+}
+
+/// Writes what a shard has of its study besides a journal: `study.json` without results, and
+/// measured forces.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_shard(
+    directory: &Path,
+    study: &Study,
+    statement: &Statement,
+    measured: &[Measurement],
+) -> Result<(), FileError> {
+    let has_measured = !measured.is_empty();
+    let text = study_text_from(study, &Origin::here(), statement, None, has_measured);
+    let mut staged = vec![StagedFile::text(directory, STUDY, &text)?];
+    if has_measured {
+        let text = measured_text(measured, &study.tool_names());
+        staged.push(StagedFile::text(directory, MEASURED, &text)?);
+    }
+    staged
+        .into_iter()
+        .try_for_each(|file| file.commit().map(drop))
+}
+
 /// Writes `runs.csv`, `further` files made from the text of `study.json`, that text and the page:
 /// all of them, once each can be written. Returns the paths. `origin` is the build that simulated
-/// the study; `has_measured` says whether one of the further files has measured forces.
+/// the study, `statement` what its input file states besides; `has_measured` says whether one of the further files has measured forces.
 ///
 /// # Errors
 /// If a file cannot be written.
 pub fn write_study(
     directory: &Path,
-    (study, origin): (&Study, &Origin),
+    (study, origin, statement): (&Study, &Origin, &Statement),
     results: &[CaseResult],
     page: &str,
     has_measured: bool,
@@ -62,7 +111,7 @@ pub fn write_study(
 ) -> Result<Vec<PathBuf>, FileError> {
     let mut runs = Vec::new();
     write_runs(&mut runs, study, results).expect("memory takes what is written to it");
-    let settings = study_text_from(study, origin, &runs, has_measured);
+    let settings = study_text_from(study, origin, statement, Some(&runs), has_measured);
     let mut staged = vec![StagedFile::write(directory.join(RUNS), |out| {
         out.write_all(&runs)
     })?];

@@ -4,14 +4,15 @@ use std::io;
 use std::path::PathBuf;
 
 use bristle::simulation::Stop;
-use bristle_app::insight::advice::{Limits, advise};
+use bristle_app::insight::advice::{Limits, Most, advise};
 use bristle_study::grid::VELOCITY;
 use clap::Args;
 
 use crate::error::CliError;
 use crate::saved::saved_study;
 use crate::terminal::{print, say, show, width};
-use crate::values::{parse_if, parse_positive, parse_setting};
+use crate::progress::Waiting;
+use crate::values::{ThreadArgs, parse_if, parse_positive, parse_setting};
 
 /// Say where the tool force of a study is high, or as wanted, from saved results
 ///
@@ -26,6 +27,8 @@ use crate::values::{parse_if, parse_positive, parse_setting};
 /// those whose whole band is nearest to the target, or whose force is highest. Forces interpolated
 /// between cases are marked with ≈. The recommendation is simulated, with filaments that touch each
 /// other where they do, and then again in space, with tilts; --no-verify leaves that out.
+///
+/// Without any of them, the question is that of [goal] in the file of the study.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct AdviseArgs {
@@ -45,8 +48,8 @@ pub struct AdviseArgs {
     #[arg(long, value_name = "RPM", value_parser = parse_positive)]
     max_rpm: Option<f64>,
     /// Largest penetration depth in mm
-    #[arg(long, visible_alias = "max-depth-mm", value_name = "MM", value_parser = parse_positive)]
-    max_depth: Option<f64>,
+    #[arg(long, alias = "max-depth", value_name = "MM", value_parser = parse_positive)]
+    max_depth_mm: Option<f64>,
     /// Highest power of the drive in W
     #[arg(long, value_name = "W", value_parser = parse_positive)]
     max_power: Option<f64>,
@@ -56,9 +59,14 @@ pub struct AdviseArgs {
     /// Highest contact time ratio
     #[arg(long, value_name = "RATIO", value_parser = parse_ratio)]
     max_ratio: Option<f64>,
+    /// What there is to be most of: the force, or what is removed from edges or in all
+    #[arg(long, value_name = "WHAT", value_parser = parse_most)]
+    most: Option<Most>,
     /// Do not simulate the recommendation
     #[arg(long)]
     no_verify: bool,
+    #[command(flatten)]
+    threads: ThreadArgs,
     /// Print one JSON object, in SI units, instead of the table
     #[arg(long)]
     json: bool,
@@ -70,13 +78,13 @@ impl AdviseArgs {
         Limits {
             max_velocity_m_s: self.max_velocity,
             max_rotational_speed_rpm: self.max_rpm,
-            max_depth_m: self.max_depth.map(|millimetres| millimetres / 1e3),
+            max_depth_m: self.max_depth_mm.map(|millimetres| millimetres / 1e3),
             max_force_n: self.max_force,
             max_power_w: self.max_power,
             min_ratio: self.min_ratio,
             max_ratio: self.max_ratio,
             target_force_n: self.target_force,
-            most: None,
+            most: self.most,
         }
     }
 }
@@ -85,14 +93,21 @@ impl AdviseArgs {
 pub fn run(arguments: &AdviseArgs) -> Result<(), CliError> {
     let path = &arguments.results;
     let (saved, results) = saved_study(path)?.ok_or_else(|| CliError::NoStudy(path.clone()))?;
-    let advice = advise(&saved.study, &results, arguments.limits());
+    let mut limits = arguments.limits();
+    if let Some(goal) = saved.statement.goal.as_ref().filter(|_| limits.asks_nothing()) {
+        limits = Limits::of(goal).map_err(|error| CliError::of(path, error))?;
+        say(format_args!("{} ([goal] of the study)", limits.question()));
+    }
+    let advice = advise(&saved.study, &results, limits);
     let mut advice = advice.map_err(|error| CliError::of(path, error))?;
     if advice.recommendation.is_some() && !arguments.no_verify {
         if !arguments.json {
             say("simulating the recommendation; --no-verify leaves this out");
         }
+        // Its lines show that the program is at work.
+        let _progress = Waiting::begin("the recommendation is being simulated", arguments.json);
         advice
-            .verify(None, &Stop::default())
+            .verify(arguments.threads.number(), &Stop::default())
             .map_err(CliError::Threads)?;
     }
     if arguments.json {
@@ -102,6 +117,11 @@ pub fn run(arguments: &AdviseArgs) -> Result<(), CliError> {
         show(advice.text(width()))?;
     }
     Ok(())
+}
+
+/// Parses what there is to be most of, as [goal] states it.
+fn parse_most(text: &str) -> Result<Most, String> {
+    serde_json::from_value(text.into()).map_err(|_| "must be force, edge or removal".to_owned())
 }
 
 /// Parses a contact time ratio.

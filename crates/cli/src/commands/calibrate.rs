@@ -1,5 +1,6 @@
 //! `bristle calibrate`.
 
+use std::io;
 use std::ops::ControlFlow;
 use std::path::{Path, absolute};
 use std::process::ExitCode;
@@ -10,8 +11,9 @@ use bristle_app::report::figures::{calibration_figures, is_of_calibration};
 use bristle_app::run::calibration::{
     CALIBRATED, OF_CALIBRATION, calibrated_text, write_calibration,
 };
-use bristle_app::store::force_journal::{FORCE_JOURNAL, ForceJournal};
-use bristle_app::store::staged::{occupy, prepare_directory, read_table, relative_to};
+use bristle_app::run::forces::ForceJournal;
+use bristle_app::store::journal_file::JOURNAL;
+use bristle_app::store::staged::{read_table, relative_to};
 use bristle_study::calibrate::{
     Calibration, FitError, Fitted, Forces, Interrupted, Means, Observer, Problem, Reach, STARTS,
     calibrate, summary,
@@ -24,10 +26,10 @@ use crate::error::CliError;
 use crate::input::InputArgs;
 use crate::interrupt::stop_on_interrupt;
 use crate::job::JobArgs;
-use crate::pictures::{FIGURES, draw, is_picture};
-use crate::progress::PassProgress;
-use crate::terminal::{say, say_at_the_end, say_written, show, width};
-use crate::values::{INTERRUPTED, ResourceArgs, parse_positive};
+use crate::pictures::draw;
+use crate::progress::{PassProgress, print_object};
+use crate::terminal::{say, say_at_the_end, say_kept, say_written, show, width};
+use crate::values::{INTERRUPTED, parse_positive};
 
 /// Fit settings of a file to measured forces, or to the radii of an edge over time, and write
 /// DIR/calibrated.toml
@@ -50,7 +52,7 @@ use crate::values::{INTERRUPTED, ResourceArgs, parse_positive};
 /// also whether the square root of time fits the radii.
 ///
 /// With [brush], filaments touch each other. Each simulated brush is a line of
-/// DIR/calibration.jsonl: the same command goes on from there after Ctrl-C or a crash.
+/// DIR/journal.jsonl: the same command goes on from there after Ctrl-C or a crash.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct CalibrateArgs {
@@ -64,13 +66,8 @@ pub struct CalibrateArgs {
     #[arg(long, value_name = "RPM", value_parser = parse_positive)]
     max_rpm: Option<f64>,
     /// Largest depth at which can be measured next, in mm [default: the deepest point]
-    #[arg(long, value_name = "MM", value_parser = parse_positive)]
-    max_depth: Option<f64>,
-    #[command(flatten)]
-    resources: ResourceArgs,
-    /// Discard the simulated brushes in DIR/calibration.jsonl
-    #[arg(long)]
-    restart: bool,
+    #[arg(long, alias = "max-depth", value_name = "MM", value_parser = parse_positive)]
+    max_depth_mm: Option<f64>,
 }
 
 /// Runs the command.
@@ -79,7 +76,7 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
     let path = &arguments.job.input.file;
     let refused = |error: String| CliError::of(path, error);
     let text = arguments.job.input.read()?;
-    let document = text.document()?;
+    let document = arguments.job.document(&text)?;
     let fitted = arguments
         .fit
         .iter()
@@ -107,35 +104,33 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
         .iter()
         .map(|brush| brush.settings.clone())
         .collect();
-    prepare_directory(&arguments.job.out)?;
-    let is_ours = |name: &str| OF_CALIBRATION.contains(&name);
-    let _occupied = occupy(
-        &arguments.job.out,
-        &[("", &is_ours), (FIGURES, &is_picture(is_of_calibration))],
-    )?;
+    let _occupied = arguments.job.occupy(&OF_CALIBRATION, is_of_calibration)?;
     let journal = problem
         .has_brush()
-        .then(|| ForceJournal::open(&arguments.job.out, arguments.restart))
+        .then(|| ForceJournal::open(&arguments.job.out, arguments.job.restart))
         .transpose()?;
     if let Some(earlier) = journal
         .as_ref()
-        .map(ForceJournal::earlier)
+        .map(|journal| journal.earlier)
         .filter(|earlier| *earlier > 0)
     {
         say(format_args!(
             "{earlier} simulated brushes are in `{}`",
-            shown_path(&arguments.job.out.join(FORCE_JOURNAL))
+            shown_path(&arguments.job.out.join(JOURNAL))
         ));
+    }
+    if let Some(kept) = journal.as_ref().and_then(|journal| journal.kept.as_deref()) {
+        say_kept(kept);
     }
     let stop = stop_on_interrupt();
     let watch = Watch {
         journal,
-        progress: PassProgress::begin("the calibration", 0.0),
+        progress: PassProgress::begin("the calibration", 0.0, arguments.job.json),
     };
-    let resources = arguments.resources.resources();
+    let resources = arguments.job.resources.resources();
     let reach = Reach {
         max_rpm: arguments.max_rpm,
-        max_depth_m: arguments.max_depth.map(|depth| depth / 1e3),
+        max_depth_m: arguments.max_depth_mm.map(|depth| depth / 1e3),
     };
     let outcome = calibrate(
         problem,
@@ -147,9 +142,12 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
             starts: STARTS,
         },
     );
-    let Watch { journal, progress } = watch;
+    let Watch {
+        mut journal,
+        progress,
+    } = watch;
     drop(progress);
-    if let Some(journal) = &journal {
+    if let Some(journal) = &mut journal {
         journal.settle()?;
     }
     let calibration = match outcome {
@@ -187,7 +185,12 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
         &figures,
         is_of_calibration,
     )?;
-    show(summary(&calibration, width()))?;
+    if arguments.job.json {
+        let result = serde_json::from_str(&calibration.json()).map_err(io::Error::from)?;
+        print_object("result", &result)?;
+    } else {
+        show(summary(&calibration, width()))?;
+    }
     if !is_whole {
         say(format_args!(
             "warning: {CALIBRATED} is not written, as not all settings are determined\nhelp: measure where it helps, or state what is known \

@@ -1,6 +1,6 @@
-//! `bristle completions` and `bristle man`.
+//! `bristle completions`: what packages of Bristle contain besides the program.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use bristle_app::store::staged::{StagedFile, occupy, prepare_directory};
 use clap::{Args, Command};
@@ -19,39 +19,39 @@ const PROGRAM: &str = "bristle";
 ///   zsh   bristle completions zsh > DIR/_bristle, where DIR is in $fpath
 ///   fish  bristle completions fish > ~/.config/fish/completions/bristle.fish
 ///
-/// Begin a new shell after that.
+/// Begin a new shell after that. With --manual DIR, manual pages of the program and
+/// of each command are written to DIR instead, such as ~/.local/share/man/man1.
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct CompletionsArgs {
     /// The shell
-    shell: Shell,
+    #[arg(required_unless_present = "manual")]
+    shell: Option<Shell>,
+    /// Directory for manual pages, created if it does not exist
+    #[arg(long, value_name = "DIR", conflicts_with = "shell")]
+    manual: Option<PathBuf>,
 }
 
-/// Write manual pages of the program and of each command, as DIR/bristle.1 and
-/// DIR/bristle-COMMAND.1
-///
-/// In a directory such as ~/.local/share/man/man1, `man bristle-study` shows them.
-#[derive(Args)]
-pub struct ManArgs {
-    /// Directory for the pages, created if it does not exist
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
+/// Runs the command for the `program`.
+pub fn run(arguments: &CompletionsArgs, program: Command) -> Result<(), CliError> {
+    match (&arguments.manual, arguments.shell) {
+        (Some(out), _) => write_manual(out, program),
+        (None, Some(shell)) => print_completions(shell, program),
+        (None, None) => unreachable!("clap requires one of them"),
+    }
 }
 
-/// Prints the script of a shell for the `program`.
-pub fn print_completions(
-    arguments: &CompletionsArgs,
-    mut program: Command,
-) -> Result<(), CliError> {
+/// Prints the script of a shell.
+fn print_completions(shell: Shell, mut program: Command) -> Result<(), CliError> {
     let mut script = Vec::new();
-    generate(arguments.shell, &mut program, PROGRAM, &mut script);
+    generate(shell, &mut program, PROGRAM, &mut script);
     Ok(print_by(|| {
         std::io::Write::write_all(&mut std::io::stdout(), &script)
     })?)
 }
 
-/// Writes the manual pages of the `program`.
-pub fn write_manual(arguments: &ManArgs, mut program: Command) -> Result<(), CliError> {
+/// Writes the manual pages.
+fn write_manual(out: &Path, mut program: Command) -> Result<(), CliError> {
     program.build();
     let commands: Vec<Command> = program
         .get_subcommands()
@@ -63,18 +63,15 @@ pub fn write_manual(arguments: &ManArgs, mut program: Command) -> Result<(), Cli
         .chain(commands)
         .map(Man::new)
         .collect();
-    prepare_directory(&arguments.out)?;
+    prepare_directory(out)?;
     let _occupied = occupy(
-        &arguments.out,
+        out,
         &[("", &|name| {
             name.starts_with(PROGRAM) && name.ends_with(".1")
         })],
     )?;
-    let stage = |page: &Man| {
-        StagedFile::write(arguments.out.join(page.get_filename()), |out| {
-            page.render(out)
-        })
-    };
+    let stage =
+        |page: &Man| StagedFile::write(out.join(page.get_filename()), |file| page.render(file));
     let staged: Result<Vec<StagedFile>, _> = pages.iter().map(stage).collect();
     Ok(commit(staged?)?)
 }

@@ -55,7 +55,7 @@ pub struct DeriveArgs {
     #[arg(long)]
     fragment: bool,
     /// Width of the text of the paper in type of 10pt, as 84mm, 3.3in, 239pt or the column of a
-    /// journal, as for --figure-width of `bristle plot` [default: 121mm, as in LaTeX's article]
+    /// journal, as for --figure-width of `bristle report` [default: 121mm, as in LaTeX's article]
     #[arg(long, value_name = "WIDTH", value_parser = parse_width, requires = "fragment")]
     width: Option<f64>,
     /// File to write instead of stdout; for c and matlab, the directory of their files, which they

@@ -1,10 +1,11 @@
 //! `bristle explain`.
 
 use bristle_study::input::explain::{all_keys, explain};
+use bristle_study::input::schema::input_schema;
 use clap::Args;
 
 use crate::error::CliError;
-use crate::terminal::{show, width};
+use crate::terminal::{print, show, width};
 
 /// Say what a key of the input file means: unit, range, default, and where the default comes from
 ///
@@ -15,10 +16,16 @@ pub struct ExplainArgs {
     /// The key
     #[arg(value_name = "KEY")]
     key: Option<String>,
+    /// Print the JSON schema of input files, with which an editor completes and checks them
+    #[arg(long, conflicts_with = "key")]
+    schema: bool,
 }
 
 /// Runs the command.
 pub fn run(arguments: &ExplainArgs) -> Result<(), CliError> {
+    if arguments.schema {
+        return Ok(print(&input_schema())?);
+    }
     let text = match &arguments.key {
         Some(key) => explain(key, width())?,
         None => all_keys(width()),

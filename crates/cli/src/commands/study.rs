@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::{self, ExitCode};
 
 use bristle::simulation::Stop;
+use bristle_app::insight::advice::Limits;
 use bristle_app::insight::measured::unusual_points;
 use bristle_app::insight::warnings::of_study;
 use bristle_app::report::figures::is_of_study;
@@ -12,20 +13,21 @@ use bristle_app::report::tables::{study_tables, tools_table};
 use bristle_app::run::{Finished, Found, Means, StudyRun};
 use bristle_app::store::journal_file::JOURNAL;
 use bristle_app::store::staged::{prepare_directory, relative_to};
-use bristle_study::grid::{CaseResult, Shard, Study};
-use bristle_study::input::document::Document;
+use bristle_app::store::study_files::write_shard;
+use bristle_study::grid::{CaseResult, Resources, Shard, Study};
+use bristle_study::input::measured::Measurement;
 use bristle_study::input::plausibility::unusual_in_study;
+use bristle_study::input::statement::Statement;
 use bristle_study::text::number::counted;
 use bristle_study::text::{shown, shown_path};
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use crate::error::{CliError, SIMULATION_FAILED};
-use crate::input::InputText;
 use crate::job::JobArgs;
-use crate::pictures::{FIGURES, draw_study, is_picture, measured_forces, say_drawn};
+use crate::pictures::{FIGURES, Figures, draw_study, is_picture, measured_forces, say_drawn};
 use crate::progress::Progress;
-use crate::terminal::{say, say_at_the_end, say_written, show, show_assumptions, width};
-use crate::values::{INTERRUPTED, ResourceArgs};
+use crate::terminal::{say, say_at_the_end, say_kept, say_written, show, show_assumptions, width};
+use crate::values::INTERRUPTED;
 
 /// Largest number of failed cases that a study prints. `runs.csv` lists all of them.
 const MAX_FAILURES_SHOWN: usize = 5;
@@ -49,7 +51,7 @@ pub const LONGEST_FAILURE: usize = 400;
 /// settings.
 ///
 /// DIR/figures has the five figures that matter most, or all with --figures all,
-/// as SVG, PNG and PDF; `bristle plot DIR` redraws them. If the input file names
+/// as SVG, or as PNG and PDF; `bristle report DIR` redraws them. If the file names
 /// measured forces under [measured], the figures compare them with the simulated
 /// ones, and DIR/measured_comparison.csv lists the deviations; `bristle explain
 /// measured` shows its keys.
@@ -61,8 +63,8 @@ pub const LONGEST_FAILURE: usize = 400;
 ///
 /// With [brush], the filaments of a case touch each other. Before the first case
 /// is simulated, all cases are checked: filaments must not overlap, nor need more
-/// memory than is available. --without-interaction simulates filaments alone, for
-/// a quick look. If filaments touch but are simulated alone, a warning says so.
+/// memory than is available. --alone simulates filaments alone, for a quick look.
+/// If filaments touch but are simulated alone, a warning says so.
 ///
 /// If cases are laterally unstable, a warning says how many, and how to see what
 /// an imperfect filament does in them. The tables mark them with !. If filaments
@@ -71,9 +73,9 @@ pub const LONGEST_FAILURE: usize = 400;
 /// A study can be stopped at any moment, by Ctrl-C or by a crash. The same command
 /// resumes it. Each completed case is a line of DIR/journal.jsonl. Only the cases
 /// in progress are lost, and after a power failure those of the last tenth of a
-/// second. The results are the same to the bit. A journal from other settings or
-/// another build of Bristle is refused; --restart discards it. Only one study at a
-/// time can write to a directory.
+/// second. The results are the same to the bit. After a change of the file the same
+/// command simulates the cases that are new; the earlier results are kept in
+/// DIR/previous. Only one study at a time can write to a directory.
 ///
 /// With --json each line on stdout is an object. While cases are simulated, at
 /// most ten per second:
@@ -92,81 +94,73 @@ pub const LONGEST_FAILURE: usize = 400;
 /// DIR/runs.csv has the largest relative change of the metrics in the tables.
 /// Cases in the journal that were not checked are simulated again, too.
 ///
-/// With --shard I/N only the cases of shard I of N are simulated, and DIR has a
-/// journal only. `bristle merge` makes results of the directories of all shards,
-/// which may come from different machines.
+/// With --shard I/N only the cases of shard I of N are simulated, and DIR has no
+/// results yet. `bristle report` makes them of the directories of all shards, which
+/// may come from different machines.
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 #[command(allow_negative_numbers = true)]
-pub struct StudyCommandArgs {
-    #[command(flatten)]
-    study: StudyArgs,
-    /// Simulate shard I of N only, for `bristle merge`
-    #[arg(long, value_name = "I/N")]
-    shard: Option<Shard>,
-    /// Simulate each case again with more precision
-    #[arg(long)]
-    check: bool,
-}
-
-/// The study, whose cases are simulated again if it is to `check` them.
-fn checked_if(study: Study, check: bool) -> Study {
-    if check { study.checked() } else { study }
-}
-
-/// The input of a study, and where its results go.
-#[derive(Args)]
 pub struct StudyArgs {
     #[command(flatten)]
-    pub job: JobArgs,
+    job: JobArgs,
+    /// Simulate shard I of N only, for `bristle report`
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
     #[command(flatten)]
-    resources: ResourceArgs,
-    /// Leave out [brush]: simulate each filament alone
-    #[arg(long)]
-    without_interaction: bool,
-    /// Discard the results of an earlier call in DIR/journal.jsonl, and begin anew
-    #[arg(long)]
-    pub restart: bool,
-    /// Print progress and summary to stdout as JSON objects, instead of tables
-    #[arg(long)]
-    json: bool,
+    tables: TableArgs,
 }
 
-impl StudyArgs {
-    /// What the text of the input file states, with filaments that touch each other or without.
-    pub fn document<'t>(&self, text: &'t InputText<'_>) -> Result<Document<'t>, CliError> {
-        text.document_alone_if(self.without_interaction)
-    }
+/// The tables of a study on the terminal.
+#[derive(Args)]
+pub struct TableArgs {
+    /// Which tables are printed: that of the tool force or of what [goal] asks for, or all
+    #[arg(long, value_name = "WHICH", default_value = "main")]
+    tables: TableChoice,
+}
 
-    /// What the study may use, watched by `progress`.
-    fn means<'a>(&self, progress: &'a Progress, stop: &'a Stop) -> Means<'a> {
-        Means {
-            resources: self.resources.resources(),
-            stop,
-            observer: progress,
-        }
-    }
-
-    /// Warns of what is unusual, and checks that all brushes can be simulated.
-    fn check(&self, study: &Study) -> Result<(), CliError> {
-        self.job.input.warn_of(&unusual_in_study(study))?;
-        self.job
-            .input
-            .check_brushes(study, self.resources.resources())
-    }
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum TableChoice {
+    /// The one that matters most
+    Main,
+    /// All tables, and all notes
+    All,
 }
 
 /// Runs the command.
-pub fn run(arguments: &StudyCommandArgs) -> Result<ExitCode, CliError> {
+pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
+    let job = &arguments.job;
+    let figures = job.figures.figures()?;
+    let text = job.input.read()?;
+    let document = job.document(&text)?;
+    let study = document.study()?;
+    let study = if job.check { study.checked() } else { study };
+    job.input.warn_of(&unusual_in_study(&study))?;
+    job.input.check_brushes(&study, job.resources.resources())?;
+    let measured = match document.measured() {
+        Some((file, format)) => measured_forces(&relative_to(&job.input.file, file), format)?,
+        None => Vec::new(),
+    };
+    job.input.warn_of(&unusual_points(&study, &measured))?;
+    let statement = Statement::of(&document, &job.input.short_name());
+    let run = open(study, &job.out, job.restart)?;
     match arguments.shard {
-        Some(shard) => run_shard(&arguments.study, shard, arguments.check),
-        None => run_whole(&arguments.study, arguments.study.restart, arguments.check),
+        Some(shard) => simulate_shard(run, job, shard, &statement, &measured),
+        None => Conclusion {
+            out: &job.out,
+            statement: &statement,
+            measured: &measured,
+            figures: &figures,
+            resources: job.resources.resources(),
+            json: job.json,
+            tables: &arguments.tables,
+        }
+        .conclude(run),
     }
 }
 
 /// The study in `directory`, with what its journal has. Ctrl-C ends the program from now on,
 /// between two lines of the journal.
-fn open(study: Study, directory: &Path, restart: bool) -> Result<StudyRun, CliError> {
+pub fn open(study: Study, directory: &Path, restart: bool) -> Result<StudyRun, CliError> {
     let (run, found) = StudyRun::open(
         study,
         directory,
@@ -174,10 +168,11 @@ fn open(study: Study, directory: &Path, restart: bool) -> Result<StudyRun, CliEr
         restart,
     )?;
     let (path, total) = (directory.join(JOURNAL), run.study().case_count());
-    tell_of(&run, found, &path);
+    tell_of(&run, &found, &path);
+    let (earlier, _) = run.counts();
     if let Some(journal) = run.journal() {
-        let stop = journal.stopper(move |done| {
-            let path = shown_path(&path);
+        let stop = journal.stopper(move |appended| {
+            let (path, done) = (shown_path(&path), earlier + appended);
             say_at_the_end(format_args!(
                 "stopped: {done} of {total} cases are in `{path}`; run the same command again to resume"
             ));
@@ -190,17 +185,19 @@ fn open(study: Study, directory: &Path, restart: bool) -> Result<StudyRun, CliEr
     Ok(run)
 }
 
-/// Tells the user what the journal held when the study started.
-fn tell_of(run: &StudyRun, Found { torn, discarded }: Found, path: &Path) {
+/// Tells the user what the directory held when the study started.
+fn tell_of(run: &StudyRun, Found { opened, kept }: &Found, path: &Path) {
     let path = shown_path(path);
-    if discarded {
+    kept.iter().for_each(|kept| say_kept(kept));
+    if opened.discarded {
         say(format_args!(
             "note: the earlier journal `{path}` has been discarded"
         ));
     }
-    if torn > 0 {
+    if opened.torn > 0 {
         say(format_args!(
-            "note: the last {torn} bytes of `{path}` were an incomplete line and have been dropped"
+            "note: the last {} bytes of `{path}` were an incomplete line and have been dropped",
+            opened.torn
         ));
     }
     let ((done, _), total) = (run.counts(), run.study().case_count());
@@ -212,21 +209,33 @@ fn tell_of(run: &StudyRun, Found { torn, discarded }: Found, path: &Path) {
     }
 }
 
-/// Simulates the cases of a shard, which are then in the journal.
-fn run_shard(arguments: &StudyArgs, shard: Shard, check: bool) -> Result<ExitCode, CliError> {
-    let text = arguments.job.input.read()?;
-    let study = checked_if(arguments.document(&text)?.study()?, check);
-    arguments.check(&study)?;
-    let mut run = open(study, &arguments.job.out, arguments.restart)?;
+/// Simulates the cases of a shard, which are then in the journal, and writes what makes the
+/// directory one of this study.
+fn simulate_shard(
+    mut run: StudyRun,
+    job: &JobArgs,
+    shard: Shard,
+    statement: &Statement,
+    measured: &[Measurement],
+) -> Result<ExitCode, CliError> {
+    write_shard(&job.out, run.study(), statement, measured)?;
     let is_own = |case| shard.has(case);
-    let progress = Progress::begin(&run, is_own, arguments.json);
-    run.simulate(is_own, &arguments.means(&progress, &Stop::default()))?;
+    let progress = Progress::begin(&run, is_own, job.json);
+    let stop = Stop::default();
+    run.simulate(
+        is_own,
+        &Means {
+            resources: job.resources.resources(),
+            stop: &stop,
+            observer: &progress,
+        },
+    )?;
     let (total, failed) = progress.counts();
-    let path = arguments.job.out.join(JOURNAL);
-    if !arguments.json {
+    let path = job.out.join(JOURNAL);
+    if !job.json {
         let path = shown_path(&path);
         say(format_args!(
-            "shard {shard}: its {} in `{path}`\n`bristle merge` makes results of all shards",
+            "shard {shard}: its {} in `{path}`\n`bristle report` makes results of all shards",
             if total == 1 {
                 "case is".to_owned()
             } else {
@@ -252,75 +261,94 @@ fn status(failed: usize) -> ExitCode {
     }
 }
 
-/// Simulates all cases that are not in the journal, or all with `restart`, and writes the results.
-pub fn run_whole(arguments: &StudyArgs, restart: bool, check: bool) -> Result<ExitCode, CliError> {
-    let figures = arguments.job.figures.figures()?;
-    let text = arguments.job.input.read()?;
-    let document = arguments.document(&text)?;
-    let study = checked_if(document.study()?, check);
-    arguments.check(&study)?;
-    let measured = match document.measured() {
-        Some((file, format)) => {
-            measured_forces(&relative_to(&arguments.job.input.file, file), format)?
+/// What ends a study, once its directory is open.
+pub struct Conclusion<'a> {
+    /// The directory.
+    pub out: &'a Path,
+    /// What the input file states besides settings.
+    pub statement: &'a Statement,
+    /// The forces with which it is compared.
+    pub measured: &'a [Measurement],
+    /// Which figures are drawn.
+    pub figures: &'a Figures,
+    /// What simulations may use.
+    pub resources: Resources,
+    /// Whether stdout is for programs.
+    pub json: bool,
+    /// Which tables are shown.
+    pub tables: &'a TableArgs,
+}
+
+impl Conclusion<'_> {
+    /// Simulates all cases that have no result, writes the results, and shows them.
+    pub fn conclude(&self, run: StudyRun) -> Result<ExitCode, CliError> {
+        let Self {
+            out,
+            statement,
+            measured,
+            figures,
+            resources,
+            json,
+            tables,
+        } = *self;
+        if figures.are_drawn() {
+            prepare_directory(&out.join(FIGURES))?;
         }
-        None => Vec::new(),
-    };
-    arguments
-        .job
-        .input
-        .warn_of(&unusual_points(&study, &measured))?;
-    let out = &arguments.job.out;
-    let run = open(study, out, restart)?;
-    if figures.are_drawn() {
-        prepare_directory(&out.join(FIGURES))?;
-    }
-    let progress = Progress::begin(&run, |_| true, arguments.json);
-    let (stop, name) = (Stop::default(), arguments.job.input.short_name());
-    let finished = run.finish(
-        &name,
-        &document,
-        &measured,
-        &arguments.means(&progress, &stop),
-    )?;
-    let Finished {
-        study,
-        results,
-        assumptions,
-        answer,
-        comparisons,
-        files,
-    } = finished;
-    let drawn = draw_study(
-        out,
-        &study,
-        &results,
-        &measured,
-        &comparisons,
-        arguments.resources.threads.number(),
-        &figures,
-    )?;
-
-    let total = results.len();
-    let tables = if arguments.json {
-        Ok(())
-    } else {
-        say(format_args!(
-            "{} in {:.2} s",
-            counted(total),
-            progress.seconds()
-        ));
-        files.iter().for_each(|path| say_written(path));
-        show_tables(&study, &results)
-            .and_then(|()| show_assumptions(&assumptions))
-            .and_then(|()| {
-                answer.map_or(Ok(()), |answer| {
-                    show(format_args!("\n{}", answer.text(width())))
+        let progress = Progress::begin(&run, |_| true, json);
+        let stop = Stop::default();
+        let means = Means {
+            resources,
+            stop: &stop,
+            observer: &progress,
+        };
+        let Finished {
+            study,
+            results,
+            assumptions,
+            answer,
+            comparisons,
+            files,
+        } = run.finish(statement, measured, &means)?;
+        let drawn = draw_study(
+            out,
+            &study,
+            &results,
+            measured,
+            &comparisons,
+            resources.threads,
+            figures,
+        )?;
+        let shown = if json {
+            Ok(())
+        } else {
+            say(format_args!(
+                "{} in {:.2} s",
+                counted(results.len()),
+                progress.seconds()
+            ));
+            files.iter().for_each(|path| say_written(path));
+            show_tables(&study, &results, tables, statement)
+                .and_then(|()| show_assumptions(&assumptions))
+                .and_then(|()| {
+                    answer.map_or(Ok(()), |answer| {
+                        show(format_args!("\n{}", answer.text(width())))
+                    })
                 })
-            })
-            .and_then(|()| say_drawn(&drawn, &comparisons))
-    };
-    let told = tables.and(progress.summarise(&files));
+                .and_then(|()| say_drawn(&drawn, &comparisons))
+        };
+        let told = shown.and(progress.summarise(&files));
+        let failed = tell_failures(&results);
+        if study.checks() {
+            tell_changes(&results);
+        }
+        of_study(&study, &results).iter().for_each(say);
+        told?;
+        Ok(status(failed))
+    }
+}
 
+/// Tells which cases failed, and returns their number.
+fn tell_failures(results: &[CaseResult]) -> usize {
     let failures: Vec<(usize, &String)> = results
         .iter()
         .enumerate()
@@ -340,26 +368,38 @@ pub fn run_whole(arguments: &StudyArgs, restart: bool, check: bool) -> Result<Ex
             shown(message, LONGEST_FAILURE)
         ));
     }
-    if study.checks() {
-        let changes: Vec<f64> = results
-            .iter()
-            .flatten()
-            .filter_map(|summary| summary.change_when_checked)
-            .collect();
-        let largest = 100.0 * changes.iter().copied().fold(0.0, f64::max);
-        say(format_args!(
-            "{} of {total} cases checked: no metric changed by more than {largest:.2} %",
-            changes.len()
-        ));
-    }
-    of_study(&study, &results).iter().for_each(say);
-    told?;
-    Ok(status(failures.len()))
+    failures.len()
 }
 
-/// Shows the tables of a study, below that of what its named tools differ in.
-pub fn show_tables(study: &Study, results: &[CaseResult]) -> io::Result<()> {
-    let tables = study_tables(study, results, width());
+/// Tells by how much the metrics changed that were computed more precisely.
+fn tell_changes(results: &[CaseResult]) {
+    let changes: Vec<f64> = results
+        .iter()
+        .flatten()
+        .filter_map(|summary| summary.change_when_checked)
+        .collect();
+    let largest = 100.0 * changes.iter().copied().fold(0.0, f64::max);
+    say(format_args!(
+        "{} of {} cases checked: no metric changed by more than {largest:.2} %",
+        changes.len(),
+        results.len()
+    ));
+}
+
+/// Shows the tables of a study that are asked for, below that of what its named tools differ in.
+pub fn show_tables(
+    study: &Study,
+    results: &[CaseResult],
+    tables: &TableArgs,
+    statement: &Statement,
+) -> io::Result<()> {
+    let most = || {
+        let limits = statement.goal.as_ref().map(Limits::of);
+        let limits = limits.and_then(Result::ok).unwrap_or_default();
+        limits.most().key()
+    };
+    let main = (tables.tables == TableChoice::Main).then(most);
+    let tables = study_tables(study, results, main, width());
     if study.tools().is_empty() {
         show(tables)
     } else {

@@ -113,7 +113,7 @@ fn the_recommendation_is_what_a_brush_of_filaments_that_touch_does() {
         number("brushing_velocity_m_s"),
         number("penetration_depth_m")
     );
-    directory.run(&format!("brush case.toml --out one --no-figures {set}"));
+    directory.run(&format!("simulate case.toml --out one --no-figures {set}"));
     let together = directory.number("one/metrics.json", "tool_contact_normal_force_n");
     is_near(force, together, 1e-9);
 }

@@ -47,7 +47,7 @@ const STUDY: &str =
 #[test]
 fn a_brush_is_written_and_drawn() {
     let workspace = Workspace::with(FILE);
-    let said = workspace.told("brush case.toml --out out --vtk --frames 11");
+    let said = workspace.told("simulate case.toml --out out --vtk=11");
     has(
         &said,
         &["8 columns in 1 row; 0 to 7 count", "interaction factor 0."],
@@ -158,7 +158,7 @@ fn a_brush_is_written_and_drawn() {
 fn a_full_disk_does_not_end_a_brush() {
     let workspace = Workspace::with(FILE);
     let script =
-        "trap '' XFSZ\nulimit -f 1\nexec \"$0\" brush case.toml --out out --checkpoint-every 0";
+        "trap '' XFSZ\nulimit -f 1\nexec \"$0\" simulate case.toml --out out --checkpoint-every 0";
     let mut command = Command::new("sh");
     command
         .args(["-c", script, env!("CARGO_BIN_EXE_bristle")])
@@ -183,17 +183,17 @@ fn a_full_disk_does_not_end_a_brush() {
 #[test]
 fn plot_draws_a_saved_brush_to_the_same_bytes() {
     let workspace = Workspace::with(FILE);
-    workspace.run("brush case.toml --out out");
+    workspace.run("simulate case.toml --out out");
     let before = workspace.files("out");
     fs::remove_dir_all(workspace.path("out/figures")).expect("figures");
-    workspace.run("plot out");
+    workspace.run("report out");
     assert!(workspace.files("out") == before);
     // Of another brush.
     let text = workspace
         .read("out/filaments.csv")
         .replacen("\n0,0,", "\n1,0,", 1);
     workspace.write("out/filaments.csv", text);
-    workspace.refuses("plot out", &["filaments.csv"]);
+    workspace.refuses("report out", &["filaments.csv"]);
 }
 
 #[test]
@@ -209,19 +209,15 @@ fn neither_threads_nor_frames_change_a_result() {
         workspace.run(arguments);
         tables.map(|name| workspace.read(&format!("out/{name}")))
     };
-    let one = results("brush case.toml --out out --threads 1");
-    assert!(one == results("brush case.toml --out out --threads 3 --frames 7"));
+    let one = results("simulate case.toml --out out --threads 1");
+    assert!(one == results("simulate case.toml --out out --threads 3 --vtk=7"));
 }
 
 #[test]
 fn a_brush_and_a_contact_replace_each_other() {
     let workspace = Workspace::with(FILE);
-    workspace.run("brush case.toml --out out");
-    let said = workspace.told("simulate case.toml --out out");
-    assert!(
-        said.contains("note: this filament is alone; `bristle brush`"),
-        "{said}"
-    );
+    workspace.run("simulate case.toml --out out");
+    workspace.run("simulate case.toml --out out --alone");
     let files = workspace.files("out");
     for part in ["brush", "filaments", "contacts"] {
         assert!(
@@ -230,24 +226,24 @@ fn a_brush_and_a_contact_replace_each_other() {
             files.keys()
         );
     }
-    workspace.run("brush case.toml --out out");
+    workspace.run("simulate case.toml --out out");
     let files = workspace.files("out");
     for name in ["case.json", "shapes.csv", "figures/history.svg"] {
         assert!(!files.contains_key(name), "{name}");
     }
-    workspace.run("plot out");
+    workspace.run("report out");
 }
 
 #[test]
 fn a_killed_brush_ends_with_the_same_bytes() {
     let undisturbed = Workspace::with(&longer());
-    undisturbed.run("brush case.toml --out out");
+    undisturbed.run("simulate case.toml --out out");
     let workspace = Workspace::with(&longer());
     let checkpoint = workspace.path("out/checkpoint.bin");
     for _ in 0..3 {
         let before = fs::read(&checkpoint).ok();
         let mut command =
-            workspace.process("brush case.toml --out out --checkpoint-every 0 --threads 1");
+            workspace.process("simulate case.toml --out out --checkpoint-every 0 --threads 1");
         let mut child = command
             .stderr(Stdio::null())
             .spawn()
@@ -264,7 +260,7 @@ fn a_killed_brush_ends_with_the_same_bytes() {
             "it has been killed before its end"
         );
     }
-    let said = workspace.told("brush case.toml --out out");
+    let said = workspace.told("simulate case.toml --out out");
     assert!(
         said.contains(
             "% of the brush are in `out/checkpoint.bin`, the simulation resumes from there"
@@ -291,7 +287,7 @@ fn an_interrupted_brush_says_how_to_resume() {
         .replace("segments = 10", "segments = 25")
         .replace("columns = 60", "columns = 240");
     let workspace = Workspace::with(&slow);
-    let mut command = workspace.process("brush case.toml --out out --checkpoint-every 0");
+    let mut command = workspace.process("simulate case.toml --out out --checkpoint-every 0");
     let child = command
         .stdin(Stdio::null())
         .stderr(Stdio::piped())
@@ -309,31 +305,31 @@ fn an_interrupted_brush_says_how_to_resume() {
         &["stopped: ", "run the same command again to resume"],
     );
 
-    // Of other settings, of other frames, and damaged.
-    let refused = |arguments: &str| {
-        let said = workspace.refused(arguments);
-        has(
-            &said,
-            &["cannot resume from `out/checkpoint.bin`", "--restart"],
-        );
-        said
-    };
-    assert!(refused("brush case.toml --out out --frames 9").contains("frames: 120 there, 9 here"));
-    workspace.write("case.toml", FILE);
-    assert!(refused("brush case.toml --out out").contains("brush.columns: 240 there, 8 here"));
+    // Of other settings, which is kept, and damaged.
     let mut bytes = fs::read(workspace.path("out/checkpoint.bin")).expect("a checkpoint");
+    workspace.write("case.toml", FILE);
+    let said = workspace.told("simulate case.toml --out out");
+    has(&said, &["are kept in `out/previous`"]);
+    let kept = fs::read(workspace.path("out/previous/checkpoint.bin"));
+    assert!(kept.is_ok_and(|kept| kept == bytes));
     workspace.write("case.toml", &slow);
     *bytes.last_mut().expect("bytes") ^= 1;
     workspace.write("out/checkpoint.bin", &bytes);
-    assert!(refused("brush case.toml --out out").contains("it is damaged"));
+    workspace.refuses(
+        "simulate case.toml --out out",
+        &[
+            "cannot resume from `out/checkpoint.bin`: it is damaged",
+            "--restart",
+        ],
+    );
     workspace.write("out/checkpoint.bin", "mine");
     workspace.refuses(
-        "brush case.toml --out out --restart",
+        "simulate case.toml --out out --restart",
         &["it is not the checkpoint of a brush"],
     );
     workspace.write("case.toml", FILE);
     workspace.write("out/checkpoint.bin", &bytes);
-    workspace.run("brush case.toml --out out --restart");
+    workspace.run("simulate case.toml --out out --restart");
 }
 
 #[test]
@@ -345,29 +341,25 @@ fn brushes_that_cannot_be_are_refused() {
         ("rows = 1", "pattern = \"hexagonal\""),
         ("rows = 1", "tolerance = 1.0"),
         ("steady = false", "stiffness_n_m2 = -1.0"),
-        ("[brush]\nrows = 1\ncolumns = 8\nsteady = false\n", ""),
         ("columns = 8", "columns = 5000"),
         ("filament_count = 682", "filament_count = 900"),
         ("[brush]", "[uncertainty]\nlength_std_m = 1e-4\n[brush]"),
     ] {
         assert!(FILE.contains(old), "{old}");
         let workspace = Workspace::with(&FILE.replacen(old, new, 1));
-        let message = workspace.refused("brush case.toml --out out");
+        let message = workspace.refused("simulate case.toml --out out");
         assert!(!workspace.path("out/metrics.json").exists());
         messages += &format!("-- {new}\n{message}\n");
     }
     assert_snapshot!("brushes", messages);
     let workspace = Workspace::with(FILE);
-    workspace.refuses(
-        "brush case.toml --out out --memory-mib 1",
-        &["MB of memory"],
-    );
+    workspace.refuses("simulate case.toml --out out --memory 1", &["MB of memory"]);
 }
 
 #[test]
 fn a_study_of_brushes_has_both_forces_and_resumes() {
     let workspace = Workspace::with(&format!("{FILE}{STUDY}"));
-    let said = workspace.told("study case.toml --out out --threads 2");
+    let said = workspace.told("study case.toml --out out --threads 2 --tables all");
     has(&said, &["F_n,w alone in N", "interaction factor"]);
     let runs = workspace.rows("out/runs.csv");
     assert_eq!(runs.len(), 4);
@@ -414,12 +406,12 @@ fn a_study_of_brushes_has_both_forces_and_resumes() {
         );
     }
     // The case is that of the command.
-    workspace.run("brush case.toml --out one");
+    workspace.run("simulate case.toml --out one");
     assert_eq!(
         workspace.number("one/metrics.json", "interaction_factor"),
         number(&runs[0], "interaction_factor")
     );
-    workspace.run("plot out");
+    workspace.run("report out");
     workspace.run("advise out");
 }
 
@@ -461,7 +453,7 @@ fn a_study_of_brushes_that_cannot_be_is_refused_before_its_first_case() {
     let velocity = "brushing_velocity_m_s = [10.0, 20.0]";
     refused(
         velocity,
-        "--memory-mib 1",
+        "--memory 1",
         &[
             "case 1 of the study: 8 filaments of 4 segments need about",
             "MB of memory",
@@ -472,9 +464,9 @@ fn a_study_of_brushes_that_cannot_be_is_refused_before_its_first_case() {
         "2 cases at once need up to",
         "but 17 MB are available: choose fewer `--threads`",
     ];
-    refused(velocity, "--memory-mib 17 --threads 2", &at_once);
+    refused(velocity, "--memory 17 --threads 2", &at_once);
     let workspace = Workspace::with(&format!("{FILE}\n[study]\n{velocity}\n"));
-    workspace.run("study case.toml --out out --memory-mib 17 --threads 1");
+    workspace.run("study case.toml --out out --memory 17 --threads 1");
 }
 
 /// With uncertain filaments each of a brush is its own, and no tools are sampled.
@@ -487,10 +479,10 @@ fn filaments_of_a_brush_differ_instead_of_tools() {
     assert!(runs.iter().all(
         |row| number(row, "interaction_factor") > 0.0 && !row.contains_key("tool_force_mean_n")
     ));
-    workspace.run("brush case.toml --out out");
+    workspace.run("simulate case.toml --out out");
     let differing = workspace.read("out/filaments.csv");
     workspace.write("case.toml", FILE);
-    workspace.run("brush case.toml --out out");
+    workspace.run("simulate case.toml --out out");
     assert!(workspace.read("out/filaments.csv") != differing);
 }
 
@@ -504,7 +496,7 @@ fn the_documents_list_every_column_of_a_brush() {
         has(section, &[&documented(column)]);
     }
     let workspace = Workspace::with(FILE);
-    workspace.run("brush case.toml --out out");
+    workspace.run("simulate case.toml --out out");
     for name in ["filaments.csv", "history.csv", "contacts.csv"] {
         let text = workspace.read(&format!("out/{name}"));
         let heading = text.lines().next().expect("a heading");

@@ -133,7 +133,7 @@ fn checked_cases_of_shards_are_merged() {
     let directory = Workspace::with(FILE);
     directory.run("study case.toml --out first --shard 1/2 --check");
     directory.run("study case.toml --out second --shard 2/2");
-    directory.run("merge case.toml first second --out results --no-figures");
+    directory.run("report first second --out results --no-figures");
     let changes = column(&directory, "change_when_checked").expect("the column");
     assert_eq!(
         changes.iter().filter(|change| change.is_empty()).count(),
@@ -155,7 +155,7 @@ fn a_brush_is_compared_with_a_quarter_of_the_tolerance() {
         FILE.replace("filament_count = 10500", "filament_count = 682")
     );
     let directory = Workspace::with(&text);
-    let text = directory.printed("brush case.toml --out all --check --no-figures");
+    let text = directory.printed("simulate case.toml --out all --check --no-figures");
     assert!(text.contains("quarter of the tolerance"), "{text}");
     let change = &directory.json("all/check.json")["metrics"]["contact_normal_impulse_n_s"];
     assert_eq!(
@@ -165,7 +165,7 @@ fn a_brush_is_compared_with_a_quarter_of_the_tolerance() {
     let relative = change["relative_change"].as_f64().expect("a number");
     // Steps of another length give another result, within some tolerances.
     assert!(relative > 0.0 && relative < 2e-2, "{relative}");
-    directory.run("brush case.toml --out all --no-figures");
+    directory.run("simulate case.toml --out all --no-figures");
     assert!(!directory.path("all/check.json").exists());
 
     directory.run("study case.toml --out results --check --no-figures");

@@ -23,7 +23,7 @@ fn forces(rows: &[BTreeMap<String, String>], setting: &str) -> Vec<[f64; 2]> {
 #[test]
 fn the_choice_is_as_good_as_it_says() {
     let directory = Workspace::with(FILE);
-    let said = directory.printed("converge case.toml --out out --threads 1");
+    let said = directory.printed("simulate case.toml --converge --out out --threads 1");
     assert!(said.lines().all(|line| columns(line) <= 80), "{said}");
     let rows = directory.rows("out/converge.csv");
     let segments = forces(&rows, "filament.segments");
@@ -59,18 +59,15 @@ fn the_choice_is_as_good_as_it_says() {
     let finer = simulated("--set filament.segments=100 --set solver.relative_tolerance=1e-8");
     is_near(simulated(options), finer, 0.01);
     is_near(100.0 * (segments[2][1] / finer - 1.0).abs(), error, 0.1);
-    assert_eq!(
-        directory.names("out/figures"),
-        ["converge.pdf", "converge.png", "converge.svg"]
-    );
-    directory.run("converge case.toml --out again --threads 3 --figures svg");
+    assert_eq!(directory.names("out/figures"), ["converge.svg"]);
+    directory.run("simulate case.toml --converge --out again --threads 3 --figures svg");
     assert_eq!(
         directory.read("out/converge.csv"),
         directory.read("again/converge.csv")
     );
     // Figures of kinds that are not drawn would be those of another result.
-    directory.run("converge case.toml --out out --figures svg");
-    assert_eq!(directory.names("out/figures"), ["converge.svg"]);
+    directory.run("simulate case.toml --converge --out out --figures pdf");
+    assert_eq!(directory.names("out/figures"), ["converge.pdf"]);
 }
 
 #[test]
@@ -80,7 +77,7 @@ fn brushes_have_other_settings() {
         .replace("segments = 10", "segments = 4")
         .replace("10500", "682");
     let directory = Workspace::with(&(file + sector));
-    let said = directory.printed("converge case.toml --out out --no-figures");
+    let said = directory.printed("simulate case.toml --converge --out out --no-figures");
     let rows = directory.rows("out/converge.csv");
     let values = |setting: &str| {
         let forces = forces(&rows, setting).into_iter();
@@ -94,7 +91,7 @@ fn brushes_have_other_settings() {
     );
     assert!(values("solver.relative_tolerance").is_empty());
     has(&said, &["k_l in N/m²"]);
-    directory.refused("converge case.toml --out small --memory-mib 1");
+    directory.refused("simulate case.toml --converge --out small --memory 1");
     directory.has_no("small/converge.csv");
 }
 
@@ -102,7 +99,7 @@ fn brushes_have_other_settings() {
 fn a_force_keeps_its_depth() {
     let force = FILE.replace("penetration_depth_m = 1e-3", "tool_force_n = 100.0");
     let directory = Workspace::with(&format!("{force}[uncertainty]\ndiameter_std_m = 0.03e-3\n"));
-    let [_, said] = directory.run("converge case.toml --out out --no-figures");
+    let [_, said] = directory.run("simulate case.toml --converge --out out --no-figures");
     let depth = "the depth that reaches 100 N as stated, ";
     has(&words(&said), &[depth]);
     let segments = forces(&directory.rows("out/converge.csv"), "filament.segments");
@@ -116,7 +113,7 @@ fn what_cannot_be_compared_is_an_error() {
         format!("{FILE}[workpiece]\nkind = \"edge\"\nedge_radius_m = 1e-4\noffset_m = -0.2\n");
     let directory = Workspace::with(&far);
     let fails = |options: &str, status: i32, part: &str| {
-        let call = format!("converge case.toml --out out {options}");
+        let call = format!("simulate case.toml --converge --out out {options}");
         has(&words(&directory.failed(&call, status)), &[part]);
         assert!(directory.names("out").is_empty());
     };

@@ -130,7 +130,7 @@ fn rows<'p>(page: &'p str, name: &str) -> Vec<Vec<&'p str>> {
 fn the_documents_state_the_table_of_settings() {
     let page = include_str!("../../../../docs/input.md");
     let directory = Workspace::new();
-    let schema = directory.printed_json("schema");
+    let schema = directory.printed_json("explain --schema");
     for parameter in PARAMETERS {
         let rows = rows(page, parameter.section());
         let key = format!("`{}`", parameter.key());

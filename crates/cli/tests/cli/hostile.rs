@@ -82,7 +82,7 @@ fn names_of_files_cannot_drive_the_terminal() {
         &["study", &toml, "--out", "results"],
         &["evaluate", "case.toml", "--state", hostile],
         &["compare", hostile],
-        &["plot", hostile],
+        &["report", hostile],
         &["advise", hostile],
         &["simulate", "case.toml", hostile],
         &["derive", "--segments", hostile],
@@ -130,7 +130,7 @@ fn a_full_stdout_is_an_error() {
         "--version",
         "help study",
         "study --help",
-        "schema",
+        "explain --schema",
         "derive --segments 1",
         "derive --kernels --format json",
         "evaluate case.toml --state state.json",
@@ -160,7 +160,7 @@ fn a_reader_that_leaves_is_no_error() {
     for arguments in [
         "--help",
         "derive --segments 12",
-        "schema",
+        "explain --schema",
         "study case.toml --out results --json",
     ] {
         let mut command = workspace.process(arguments);
@@ -239,15 +239,15 @@ fn results_of_two_cases_are_not_drawn_as_one() {
         let expected = format!("{one}:1: case.json does not belong to these results");
         refuses(
             &workspace,
-            "plot one --out drawn",
+            "report one --out drawn",
             &[&expected, "help: run the command"],
         );
         workspace.write(&one, own);
     }
-    workspace.run("plot one --out drawn");
+    workspace.run("report one --out drawn");
     // Drawing does not need the shapes.
     workspace.remove("one/vtk");
-    workspace.run("plot one --out drawn");
+    workspace.run("report one --out drawn");
 }
 
 #[cfg(unix)]
@@ -278,7 +278,7 @@ fn links_in_place_of_results_are_refused() {
             "simulate case.toml --vtk",
             "history.csv profile.csv shapes.csv metrics.json case.json figures/history.png vtk/contact.pvd",
         ),
-        ("brush brush.toml", "filaments.csv checkpoint.bin"),
+        ("simulate brush.toml", "filaments.csv checkpoint.bin"),
     ] {
         for name in names.split(' ') {
             is_refused(command, name, "kept");
@@ -329,7 +329,7 @@ fn pipes_and_devices_are_not_waited_for() {
         "simulate . --out results",
         "evaluate case.toml --state pipe",
         "compare pipe",
-        "plot saved",
+        "report saved",
         "advise saved",
     ] {
         refuses(&workspace, arguments, &["it is not a regular file"]);
@@ -337,7 +337,7 @@ fn pipes_and_devices_are_not_waited_for() {
     // Neither is one in the place of a result.
     for (command, result) in [
         ("study case.toml", "journal.jsonl"),
-        ("brush brush.toml", "checkpoint.bin"),
+        ("simulate brush.toml", "checkpoint.bin"),
     ] {
         for is_pipe in [true, false] {
             workspace.make("results");

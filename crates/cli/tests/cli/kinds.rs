@@ -142,7 +142,7 @@ fn the_filaments_along_a_trim_are_in_a_file() {
         &history,
         &["tip in mm", "root in mm", "tip and root: their heights"],
     );
-    directory.run("plot one --out again --figures svg");
+    directory.run("report one --out again --figures svg");
     let [one, again] = ["one", "again"].map(|out| directory.files(&format!("{out}/figures")));
     assert!(one == again, "figures differ");
 

@@ -170,7 +170,7 @@ fn shown(study: &Study, results: &[CaseResult]) -> [usize; 2] {
         .map(|column| column.display.file_name)
         .collect();
     assert_eq!(maps, drawn);
-    let tables = study_tables(study, results, WIDTH);
+    let tables = study_tables(study, results, None, WIDTH);
     let titles: Vec<&str> = tables
         .lines()
         .filter(|line| line.starts_with(char::is_alphabetic))

@@ -469,7 +469,7 @@ fn a_study_tells_in_which_cases_something_is_unusual() {
     for name in ["results/study.json", "results/report.html"] {
         has(&directory.read(name), &[statement]);
     }
-    directory.run("plot results");
+    directory.run("report results");
     directory.refused("study case.toml --out strict --strict");
     directory.has_no("strict");
 }

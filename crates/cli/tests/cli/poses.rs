@@ -50,7 +50,7 @@ fn the_page_of_a_cup_has_both_views() {
             &shard[..1]
         ));
     }
-    directory.run("merge case.toml part-1 part-2 --out merged --no-figures");
+    directory.run("report part-1 part-2 --out merged --no-figures");
     assert!(
         directory.read("merged/report.html") == page,
         "courses are those of all filaments"

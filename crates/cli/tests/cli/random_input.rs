@@ -33,7 +33,7 @@ const CALLS: [(&str, &[i32]); 9] = [
     ("evaluate case.toml --state state.json", &[0, 2]),
     ("derive case.toml --format json --out graph.json", &[0, 2]),
     ("compare graph.json --states 3 --seed 5", &[0, 1, 2]),
-    ("plot study --out drawn --figures svg", &[0, 2]),
+    ("report study --out drawn --figures svg", &[0, 2]),
     ("advise study --max-velocity 20 --json", &[0, 2]),
     ("explain filament.length_m", &[0, 2]),
 ];

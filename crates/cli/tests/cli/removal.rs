@@ -32,7 +32,7 @@ until = { edge_radius_m = 0.2e-3 }
 #[test]
 fn an_edge_grows_until_its_goal() {
     let directory = Workspace::with(FILE);
-    let said = directory.printed("remove case.toml --out grown --threads 1");
+    let said = directory.printed("wear case.toml --out grown --threads 1");
     assert!(
         said.starts_with("edge of 90°: R = 0.200 mm after "),
         "{said}"
@@ -44,7 +44,7 @@ fn an_edge_grows_until_its_goal() {
         .map(|i| (turns[i + 1] - turns[i]) * (works[i + 1] + works[i]) / 2.0)
         .sum();
     is_near(2e-14 * 10_500.0 / 0.020 * dose, areas[200], 2e-3);
-    for figure in ["edge_radius.svg", "edge_shape.png", "edge_work.svg"] {
+    for figure in ["edge_radius.svg", "edge_shape.svg", "edge_work.svg"] {
         directory.has_file(&format!("grown/figures/{figure}"));
     }
     // What was simulated is what `simulate` says, and any number of threads gives the same.
@@ -61,7 +61,7 @@ fn an_edge_grows_until_its_goal() {
     let expected = 2e-14 * one("sliding_work_j") * 10_500.0 * 10.0 / 0.18 / TAU;
     is_near(one("removal_rate_m3_s"), expected, 1e-12);
     lacks(&directory.read("one/metrics.json"), &["wear_ratio"]);
-    directory.run("remove case.toml --out again --threads 3");
+    directory.run("wear case.toml --out again --threads 3");
     let [grown, again] =
         ["grown", "again"].map(|out| directory.read(&format!("{out}/removal.csv")));
     assert_eq!(grown, again);
@@ -70,12 +70,12 @@ fn an_edge_grows_until_its_goal() {
 #[test]
 fn worn_filaments_press_less_unless_the_tool_follows() {
     let directory = Workspace::with(&(FILE.to_owned() + "filament_wear_m2_n = 1e-11\n"));
-    let said = words(&directory.printed("remove case.toml --out worn --no-figures"));
+    let said = words(&directory.printed("wear case.toml --out worn --no-figures"));
     has(&said, &["filaments lose ", "wear ratio 0.00200"]);
     let [forces, lengths] = ["tool_contact_normal_force_n", "filament_length_m"]
         .map(|key| directory.column("worn/removal.csv", key));
     assert!(lengths[200] < 0.0399 && forces[200] < forces[0]);
-    directory.run("remove case.toml --out held --no-figures --set removal.compensate=true");
+    directory.run("wear case.toml --out held --no-figures --set removal.compensate=true");
     let held = directory.column("held/removal.csv", "tool_contact_normal_force_n");
     assert!((held[200] / held[0] - 1.0).abs() < (forces[200] / forces[0] - 1.0).abs());
 }
@@ -86,7 +86,7 @@ fn both_directions_and_both_edges_of_a_chamfer() {
     // The works on the first edge, and on the second where there is one.
     let works = |options: &str, keys: &[&str]| -> Vec<f64> {
         let short = "--no-figures --set removal.until={turns=10}";
-        directory.run(&format!("remove case.toml --out one {short} {options}"));
+        directory.run(&format!("wear case.toml --out one {short} {options}"));
         keys.iter()
             .map(|key| directory.column("one/edge_work.csv", key)[0])
             .collect()
@@ -162,7 +162,7 @@ fn what_cannot_be_followed_says_why() {
     ];
     for (old, new, expected) in cases {
         directory.write("wrong.toml", FILE.replacen(old, new, 1));
-        let message = words(&directory.refused("remove wrong.toml --out nothing"));
+        let message = words(&directory.refused("wear wrong.toml --out nothing"));
         has(&message, &[expected]);
         directory.has_no("nothing/removal.csv");
     }
@@ -172,7 +172,7 @@ fn what_cannot_be_followed_says_why() {
 fn worn_filaments_may_never_reach_the_goal() {
     let directory = Workspace::with(FILE);
     let slow = "--set removal.preston_m2_n=1e-16 --set removal.filament_wear_m2_n=1e-10";
-    let said = words(&directory.refused(&format!("remove case.toml --out out {slow}")));
+    let said = words(&directory.refused(&format!("wear case.toml --out out {slow}")));
     has(
         &said,
         &[
@@ -183,7 +183,7 @@ fn worn_filaments_may_never_reach_the_goal() {
     // A small edge that new filaments can pass over and shorter ones dip through.
     let small = "--set workpiece.edge_radius_m=20e-6 --set filament.segments=25 --set solver.relative_tolerance=1e-4";
     let said = directory.printed(&format!(
-        "remove case.toml --out small --no-figures {small} --set removal.filament_wear_m2_n=1e-11"
+        "wear case.toml --out small --no-figures {small} --set removal.filament_wear_m2_n=1e-11"
     ));
     assert!(said.contains("filaments lose 0.2"), "{said}");
 }

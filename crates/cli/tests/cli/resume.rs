@@ -9,7 +9,8 @@ use std::sync::LazyLock;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use bristle_app::store::journal::{Contents, Journal, JournalError};
+use bristle_app::store::journal::{JournalError, Length, StudyKeys};
+use bristle_study::grid::CaseResult;
 use serde_json::{Value, json};
 
 use crate::program::{self, brush, has, ignores_interrupts, interrupt, kill, lacks};
@@ -156,9 +157,9 @@ impl Workspace {
 
     /// The number of cases in the journal, no line of which is cut off.
     fn done(&self) -> usize {
-        let contents = self.contents(FILE).expect("the journal is whole");
-        assert_eq!(contents.torn, 0, "no line is cut off");
-        contents.results.iter().flatten().count()
+        let (results, length) = self.contents(FILE).expect("the journal is whole");
+        assert_eq!(length.torn, 0, "no line is cut off");
+        results.iter().flatten().count()
     }
 
     /// Expects the study to be refused, and its result files to stay unchanged.
@@ -173,9 +174,8 @@ impl Workspace {
     }
 
     /// The contents of the journal of the study in an input file.
-    fn contents(&self, file: &str) -> Result<Contents, JournalError> {
-        let study = program::study(file);
-        Journal::new(&study).read(&study, BufReader::new(self.journal().as_slice()))
+    fn contents(&self, file: &str) -> Result<(Vec<Option<CaseResult>>, Length), JournalError> {
+        StudyKeys::new(&program::study(file)).read(BufReader::new(self.journal().as_slice()))
     }
 
     /// The number of complete lines in the journal, including the header.
@@ -235,7 +235,7 @@ fn a_study_that_is_killed_twenty_times_ends_with_the_same_bytes() {
         let done = workspace
             .contents(FILE)
             .expect("only the last line can be cut off")
-            .results
+            .0
             .iter()
             .flatten()
             .count();
@@ -299,7 +299,7 @@ fn a_line_that_was_cut_off_is_dropped_with_a_note() {
     );
     workspace.is_as_undisturbed();
     // The same for a header that was cut off.
-    workspace.write_journal(&whole[..300]);
+    workspace.write_journal(&whole[..100]);
     has(
         &workspace.said_undisturbed(""),
         &["were an incomplete line"],
@@ -316,17 +316,23 @@ fn other_journals_are_not_mixed_in() {
     workspace.write_input(&other);
     ends(&workspace.study(""), FAILED_CASES);
     workspace.write_input(FILE);
-    has(
-        &workspace.is_refused(""),
-        &[
-            "cannot resume from `results/journal.jsonl`",
-            "filament.length_m: 0.041 there, 0.04 here",
-            "sweep of process.brushing_velocity_m_s: 23 values from 2.0 to 24.0 there, 45 values",
-            "--restart",
-            "--out",
-        ],
+    let kept = "note: the earlier results, of other settings or another build, are kept in `results/previous`";
+    has(&error_text(&workspace.study("")), &[kept]);
+    assert!(
+        workspace.read("runs.csv") == UNDISTURBED.0,
+        "runs.csv differs"
     );
-    workspace.ends_as_undisturbed("--restart");
+    let names = ["figures", "report.html", "runs.csv", "study.json"];
+    assert_eq!(workspace.0.names("results/previous"), names);
+    // The cases of the first study are still in the journal.
+    workspace.write_input(&other);
+    has(
+        &error_text(&workspace.study("")),
+        &["92 of 92 cases are in", "`results/previous-2`"],
+    );
+    workspace.write_input(FILE);
+    let workspace = Workspace::new();
+    workspace.ends_as_undisturbed("");
     // Damage in the middle.
     let mut journal = workspace.journal();
     let middle = journal.len() / 2;
@@ -338,7 +344,7 @@ fn other_journals_are_not_mixed_in() {
     for options in ["", "--restart"] {
         has(
             &workspace.is_refused(options),
-            &["not the journal of a study", "move the file away"],
+            &["not a journal of Bristle", "move the file away"],
         );
     }
 }
@@ -486,12 +492,9 @@ mod unix {
         interrupt(&child);
         let output = child.wait_with_output().expect("the process is ours");
         let message = ends(&output, INTERRUPTED);
-        let contents = workspace.contents(&long_file()).expect("a whole journal");
-        assert_eq!(contents.torn, 0, "no line is cut off");
-        let (done, total) = (
-            contents.results.iter().flatten().count(),
-            contents.results.len(),
-        );
+        let (results, length) = workspace.contents(&long_file()).expect("a whole journal");
+        assert_eq!(length.torn, 0, "no line is cut off");
+        let (done, total) = (results.iter().flatten().count(), results.len());
         let expected = format!(
             "stopped: {done} of {total} cases are in `results/journal.jsonl`; run the same command again to resume"
         );
@@ -525,7 +528,7 @@ mod unix {
             (message, workspace.done())
         };
         // Not even the header fits.
-        let (_, done) = stops(1, "journal.jsonl");
+        let (_, done) = stops(0, "journal.jsonl");
         assert_eq!(workspace.0.names("results"), ["journal.jsonl"]);
         assert_eq!((workspace.journal().len(), done), (0, 0));
         // Some cases do.

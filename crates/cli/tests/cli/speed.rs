@@ -54,7 +54,7 @@ fn a_study_of_the_speed_has_it_in_all_results() {
     let sweeps =
         "[study]\nrotational_speed_rpm = [600, 1200]\npenetration_depth_m = [1e-3, 2e-3]\n";
     let directory = Workspace::with(&format!("{HEAD}{sweeps}"));
-    let said = directory.printed("study case.toml --out results");
+    let said = directory.printed("study case.toml --out results --tables all");
     has(
         &said,
         &[" a_e in mm │ n_w in rpm\n           │    600   1200\n"],

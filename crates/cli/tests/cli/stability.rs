@@ -80,13 +80,13 @@ fn a_study_counts_its_unstable_cases_and_marks_them() {
     lacks(&text, &["unstable"]);
 
     let study = program::study(&format!("{HEAD}{SWEEPS}"));
-    let tables = study_tables(&study, &results(&study), WIDTH);
+    let tables = study_tables(&study, &results(&study), None, WIDTH);
     insta::assert_snapshot!("tables_with_marks", tables);
     let list = format!("{HEAD}{SWEEPS}\"contact.friction_coefficient\" = [0.0, 0.5]\n");
     let study = program::study(&list);
     insta::assert_snapshot!(
         "list_with_marks",
-        study_tables(&study, &results(&study), WIDTH)
+        study_tables(&study, &results(&study), None, WIDTH)
     );
 }
 

@@ -49,7 +49,7 @@ fn the_turns_of_a_contact_are_in_its_files() {
     );
 
     // The figures are drawn again with the same bytes, from the saved files only.
-    directory.run("plot one --out again");
+    directory.run("report one --out again");
     let [one, again] = ["one", "again"].map(|out| directory.files(&format!("{out}/figures")));
     assert!(one == again && one.contains_key("turns.svg"));
 
@@ -80,7 +80,7 @@ fn a_study_lists_the_impulses_of_all_turns() {
     assert_eq!(runs.len(), 8);
 
     // Advice reads it back.
-    directory.run("plot many");
+    directory.run("report many");
     let advice = directory.printed("advise many");
     let vibrating = advice.matches("comes back still vibrating");
     assert_eq!(vibrating.count(), 1, "{advice}");

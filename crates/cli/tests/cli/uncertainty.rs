@@ -74,7 +74,7 @@ fn cases_with_and_without_scatter_mix() {
             .eq([false, false, true, true])
     );
     let results: Vec<CaseResult> = summaries.into_iter().map(Ok).collect();
-    let tables = study_tables(&study, &results, WIDTH);
+    let tables = study_tables(&study, &results, None, WIDTH);
     lacks(&tables, &["failed"]);
     let without_band = tables.lines().filter(|line| line.ends_with('–')).count();
     assert_eq!(without_band, 2, "{tables}");
@@ -168,7 +168,7 @@ fn a_study_with_scatter_resumes_and_is_redrawn() {
     directory.write("resumed/journal.jsonl", begun);
     let said = directory.said("study case.toml --out resumed --threads 1");
     has(&said, &["1 of 2 cases"]);
-    directory.run("plot whole --out again");
+    directory.run("report whole --out again");
     let [whole, again] = ["whole", "again"].map(|out| directory.files(&format!("{out}/figures")));
     assert!(whole == again, "figures differ");
     let [whole, resumed] = ["whole", "resumed"].map(|out| directory.results(out));

@@ -61,7 +61,7 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
         &[GRID],
         &[
             "study grid.toml --out grid --no-figures",
-            "plot grid --figures svg",
+            "report grid --figures svg",
             "advise grid",
             "advise grid --max-force 30 --max-velocity 25 --max-depth 5 --max-power 100 --min-ratio 0.3 --no-verify",
             "advise grid --target-force 20 --max-rpm 2000",
@@ -99,7 +99,7 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
         &[
             "study scatter.toml --out scatter --no-figures",
             "advise scatter --max-force 30 --no-verify",
-            "plot scatter --no-figures",
+            "report scatter --no-figures",
         ],
     ),
     (
@@ -108,7 +108,7 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
         &[
             "study tools.toml --out tools --no-figures",
             "advise tools --max-force 20 --no-verify",
-            "compare-studies tools other=tools --out both --no-figures",
+            "report tools other=tools --out both --no-figures",
         ],
     ),
     (
@@ -120,7 +120,7 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
         "brush",
         &[PROCESS, ONE_ROW, FEW],
         &[
-            "brush brush.toml --out brush --no-figures",
+            "simulate brush.toml --out brush --no-figures",
             "study brush.toml --out brushes --no-figures",
             "advise brushes",
             "simulate brush.toml --out alone",
@@ -136,7 +136,7 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
         &[FEW],
         &[
             "study shards.toml --out shard --shard 1/1",
-            "merge shards.toml --out merged shard --no-figures",
+            "report --out merged shard --no-figures",
         ],
     ),
     (
@@ -192,7 +192,7 @@ fn no_line_is_longer_than_80_columns() {
 #[test]
 fn help_of_each_command_in_80_columns() {
     let directory = Workspace::new();
-    directory.run("man --out pages");
+    directory.run("completions --manual pages");
     let pages = directory.names("pages");
     let commands = pages.iter().map(|page| {
         let name = page.trim_end_matches(".1").replacen("bristle", "", 1);

@@ -9,13 +9,13 @@ use std::sync::Mutex;
 use std::time::Instant;
 use std::{io, thread};
 
-use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions};
+use bristle::brush::{BrushError, BrushRun, RunOptions};
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::MIN_SAMPLES;
 use bristle::model::settings::{Settings, UncertaintySettings};
 use bristle::simulation::{
     DepthSearch, Found, IntegrationError, Job, Kind, Pass, Sampling, Simulation, SimulationError,
-    Stop, of_trim, press_on, sample_side_by_side, simulate_places,
+    Stop, Unreachable, of_trim, press_on, sample_side_by_side, simulate_places,
 };
 use bristle::tool::{Place, Tool, places};
 use bristle::workpiece::Workpiece;
@@ -272,12 +272,16 @@ fn simulate_brush(
         while run.advance()? {}
         run.finish()
     };
-    let result = press_brush(&settings, stop, |settings| simulate(settings, options));
-    let (settings, result) = match result {
+    let pressed = press_brush(&settings, stop, |settings| {
+        let result = simulate(settings, options)?;
+        Ok::<_, BrushError>((result.tool.tool_contact_normal_force_n, result))
+    });
+    let (settings, mut result, stiffness) = match pressed {
         Err(BrushError::Stopped) => return None,
         Err(error) => return Some(Err(error.to_string())),
-        Ok(result) => result,
+        Ok(pressed) => pressed,
     };
+    result.tool.force_stiffness_n_m = stiffness;
     let checked = match study
         .checks()
         .then(|| simulate(&finer_brush(&settings), options))
@@ -323,18 +327,21 @@ pub fn calibration_band(settings: &Settings, tool: &Metrics) -> Option<ForceScat
     Some(result.scatter?.times(factor)).filter(|_| factor.is_finite())
 }
 
-/// The brush that `settings` state, by `simulate`, with its settings. If they state a force, these
+/// The brush that `settings` state, by `simulate`, which returns its force and result, with its
+/// settings and the stiffness of the force in N/m. If the settings state a force, those returned
 /// have the depth at which the brush presses with it; the search begins at that of filaments alone.
+/// The stiffness is zero where they state a depth.
 ///
 /// # Errors
 /// If no depth reaches the force, or the first one of `simulate`.
-pub fn press_brush(
+pub fn press_brush<R, E: From<BrushError> + From<Unreachable>>(
     settings: &Settings,
     stop: &Stop,
-    mut simulate: impl FnMut(&Settings) -> Result<BrushResult, BrushError>,
-) -> Result<(Settings, BrushResult), BrushError> {
+    mut simulate: impl FnMut(&Settings) -> Result<(f64, R), E>,
+) -> Result<(Settings, R, f64), E> {
     let Some(force) = settings.process.tool_force_n else {
-        return Ok((settings.clone(), simulate(settings)?));
+        let (_, result) = simulate(settings)?;
+        return Ok((settings.clone(), result, 0.0));
     };
     let alone = Settings {
         brush: None,
@@ -344,19 +351,15 @@ pub fn press_brush(
         Err(SimulationError::Force(unreachable)) => unreachable
             .depth
             .min(unreachable.deepest * unreachable.largest / force),
-        alone => alone?.metrics.penetration_depth_m,
+        Err(error) => return Err(BrushError::from(error).into()),
+        Ok(alone) => alone.metrics.penetration_depth_m,
     };
-    let found = press_on(settings, Some(first), |at_depth| {
-        let result = simulate(at_depth)?;
-        Ok::<_, BrushError>((result.tool.tool_contact_normal_force_n, result))
-    })?;
     let Found {
         depth,
         stiffness,
-        mut result,
-    } = found.expect("the settings state a force");
-    result.tool.force_stiffness_n_m = stiffness;
-    Ok((settings.at_depth(depth), result))
+        result,
+    } = press_on(settings, Some(first), simulate)?.expect("the settings state a force");
+    Ok((settings.at_depth(depth), result, stiffness))
 }
 
 /// [`simulate_cases`] where each thread simulates one case at a time, those with the most work

@@ -287,6 +287,14 @@ impl Study {
         case / (self.case_count / self.tools.len())
     }
 
+    /// Whether the cases of another study are the same, in the same order.
+    #[must_use]
+    pub fn has_cases_of(&self, other: &Self) -> bool {
+        self.case_count == other.case_count
+            && self.sweep_texts() == other.sweep_texts()
+            && (0..self.case_count).all(|case| self.settings(case) == other.settings(case))
+    }
+
     /// The axes of the grid: the named tools, if there are any, and the swept settings, from the
     /// slowest to the fastest.
     #[must_use]

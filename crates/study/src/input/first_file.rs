@@ -465,7 +465,7 @@ pub fn first_file(
     };
     let text = match (is_packed, note.is_empty()) {
         (true, true) => {
-            let brush = format!("bristle brush {shown_name} --out sector");
+            let brush = format!("bristle simulate {shown_name} --out sector");
             head(brush, "filaments that touch, as in [process]")
                 + &sections
                 + &section_of_brush(&settings)

@@ -2,7 +2,7 @@
 //!
 //! [`document`] reads and checks an input file, with errors that state the place ([`input_error`]);
 //! [`schema`] describes such files, [`explain`] single settings; [`units`] has the rule of keys in
-//! other units; [`plausibility`] tells what is unusual in them; [`materials`] has the constants of
+//! other units; [`statement`] is what a file states besides settings; [`plausibility`] tells what is unusual in them; [`materials`] has the constants of
 //! materials, [`mixture`] those of polymers with grains, [`friction`] coefficients of pairings;
 //! [`packing`] tells how densely a trim is filled; [`first_file`] writes a first input file.
 //! [`table`] and [`cells`] read tables as laboratories and spreadsheets write them: [`measured`]
@@ -29,6 +29,7 @@ mod options;
 pub mod packing;
 pub mod plausibility;
 pub mod schema;
+pub mod statement;
 pub mod table;
 #[cfg(test)]
 mod testing;

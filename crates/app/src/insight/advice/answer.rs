@@ -9,7 +9,7 @@ use bristle_study::text::layout::wrap;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::limits::Limits;
+use super::limits::{AdviceError, Limits};
 use super::recommendation::write_lines;
 use super::{Advice, advise};
 
@@ -40,18 +40,20 @@ impl Answer {
         stop: &Stop,
         tell: impl FnOnce(),
     ) -> io::Result<Self> {
-        let limits = Limits::of(goal);
+        let without = |question: &str, error: AdviceError| Self {
+            question: question.to_owned(),
+            lines: vec![error.to_string()],
+            rows: Vec::new(),
+            notes: Vec::new(),
+        };
+        let limits = match Limits::of(goal) {
+            Ok(limits) => limits,
+            Err(error) => return Ok(without("", error)),
+        };
         let question = limits.question();
         let mut advice = match advise(study, results, limits) {
             Ok(advice) => advice,
-            Err(error) => {
-                return Ok(Self {
-                    question,
-                    lines: vec![error.to_string()],
-                    rows: Vec::new(),
-                    notes: Vec::new(),
-                });
-            }
+            Err(error) => return Ok(without(&question, error)),
         };
         if advice.recommendation.is_some() {
             tell();

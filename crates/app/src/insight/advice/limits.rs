@@ -54,14 +54,23 @@ pub struct AdviceError(pub(super) String);
 
 impl Limits {
     /// What `[goal]` of an input file states.
-    #[must_use]
-    pub fn of(goal: &Map<String, Value>) -> Self {
+    ///
+    /// # Errors
+    /// If it has keys or values that `[goal]` does not have.
+    pub fn of(goal: &Map<String, Value>) -> Result<Self, AdviceError> {
         serde_json::from_value(Value::Object(goal.clone()))
-            .expect("an input file states these keys only")
+            .map_err(|error| AdviceError(format!("the goal cannot be read: {error}")))
+    }
+
+    /// Whether nothing is asked for.
+    #[must_use]
+    pub fn asks_nothing(&self) -> bool {
+        *self == Self::default()
     }
 
     /// What there is to be most of, where no force is wanted.
-    pub(super) fn most(&self) -> Most {
+    #[must_use]
+    pub fn most(&self) -> Most {
         self.most.unwrap_or_default()
     }
 

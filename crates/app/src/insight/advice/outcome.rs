@@ -21,6 +21,18 @@ pub enum Most {
     Removal,
 }
 
+impl Most {
+    /// The key of the metric that it is about.
+    #[must_use]
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Force => "tool_contact_normal_force_n",
+            Self::Edge => "edge_sliding_work_j",
+            Self::Removal => "sliding_work_j",
+        }
+    }
+}
+
 /// Velocity and depth of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct OperatingPoint {

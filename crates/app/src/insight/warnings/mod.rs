@@ -1,4 +1,4 @@
-//! Warnings of results that are not what they seem: what `bristle simulate`, `bristle brush` and
+//! Warnings of results that are not what they seem: what `bristle simulate`, `bristle simulate` and
 //! `bristle study` say once they are done.
 
 use bristle::model::metrics::Metrics;

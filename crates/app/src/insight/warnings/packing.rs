@@ -40,7 +40,7 @@ const SECTION: &str =
     "simulate the filaments together, by this section; all its keys have defaults:";
 const COMMAND: [&str; 2] = [
     "simulate the filaments together, by this command:",
-    "bristle brush FILE.toml --out DIR",
+    "bristle simulate FILE.toml --out DIR",
 ];
 
 /// What is said where they cannot be: on trims that are not radial.

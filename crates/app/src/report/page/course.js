@@ -103,7 +103,7 @@ function createCaseView(study, grid) {
     } else if (course === null && courses.size === 0) {
       notes.push([
         study.brush
-          ? "This page holds no course over time: `bristle brush` shows the sector of one case in motion."
+          ? "This page holds no course over time: `bristle simulate` shows the sector of one case in motion."
           : "This page holds no course over time.",
       ]);
     } else if (course === null) {

@@ -79,7 +79,7 @@ function showSources() {
   const total = study.statistics.map(({ name, values }) => `${number(sum(values), 12)} ${name}`);
   const kept = study.courses.length;
   const courses = study.brush
-    ? "none; `bristle brush` has a page with the sector in motion"
+    ? "none; `bristle simulate` has a page with the sector in motion"
     : kept + study.errors.length >= study.cases
       ? "of all cases that were solved"
       : `of ${kept} cases, evenly spread over the study`;

@@ -11,10 +11,11 @@ use crate::store::digest::digest;
 use bristle_study::grid::uncertainty::check;
 use bristle_study::grid::{Study, Sweep, SweepText, ToolText};
 use bristle_study::input::plausibility::unusual_in_study;
+use bristle_study::input::statement::Statement;
 use bristle_study::input::table::{AGAIN, DataError, Source};
 
 /// Versions of the formats of `study.json` and `case.json`.
-const STUDY_FORMAT: u32 = 6;
+const STUDY_FORMAT: u32 = 7;
 const CASE_FORMAT: u32 = 4;
 
 const IN_JSON: &str = "checked settings have a form in JSON";
@@ -63,10 +64,20 @@ pub struct SavedStudy {
     pub study: Study,
     /// The build that simulated it.
     pub origin: Origin,
+    /// What its input file states besides.
+    pub statement: Statement,
     /// Whether its directory also has measured forces.
     pub measured: bool,
     /// SHA-256 of its `runs.csv`.
     pub(super) runs: String,
+}
+
+impl SavedStudy {
+    /// Whether it is a shard, whose results are in its journal only.
+    #[must_use]
+    pub fn is_shard(&self) -> bool {
+        self.runs.is_empty()
+    }
 }
 
 /// The text of `study.json`. Unknown keys are ignored on reading.
@@ -88,6 +99,7 @@ struct StudyFile {
     axes: Vec<SweepText>,
     /// What is unusual about the settings, in sentences.
     warnings: Vec<String>,
+    statement: Statement,
     /// Hash of all other keys: figures and advice would show results of other settings if one of
     /// these were changed.
     own_sha256: String,
@@ -106,6 +118,7 @@ impl StudyFile {
             tools,
             axes,
             warnings,
+            statement,
             own_sha256: _,
         } = self;
         json_digest(&(
@@ -118,6 +131,7 @@ impl StudyFile {
             tools,
             axes,
             warnings,
+            statement,
         ))
     }
 }
@@ -190,21 +204,34 @@ impl CaseFile {
     }
 }
 
-/// [`study_text_from`] this build.
+/// [`study_text_from`] this build, of a study without a statement.
 #[must_use]
 pub fn study_text(study: &Study, runs: &[u8], measured: bool) -> String {
-    study_text_from(study, &Origin::here(), runs, measured)
+    study_text_from(
+        study,
+        &Origin::here(),
+        &Statement::default(),
+        Some(runs),
+        measured,
+    )
 }
 
-/// The text of `study.json` for a `runs.csv` with the text `runs` from the build `origin`.
-/// `measured` states whether measured forces belong to the results.
+/// The text of `study.json` for a `runs.csv` with the text `runs` from the build `origin`; a shard
+/// has no such file. `measured` states whether measured forces belong to
+/// the results.
 #[must_use]
-pub fn study_text_from(study: &Study, origin: &Origin, runs: &[u8], measured: bool) -> String {
+pub fn study_text_from(
+    study: &Study,
+    origin: &Origin,
+    statement: &Statement,
+    runs: Option<&[u8]>,
+    measured: bool,
+) -> String {
     let mut file = StudyFile {
         format: STUDY_FORMAT,
         bristle_version: origin.version.clone(),
         equations_sha256: origin.equations.clone(),
-        runs_sha256: digest(runs),
+        runs_sha256: runs.map(digest).unwrap_or_default(),
         measured,
         settings: study.base().clone(),
         tools: study.tool_texts(),
@@ -213,6 +240,7 @@ pub fn study_text_from(study: &Study, origin: &Origin, runs: &[u8], measured: bo
             .into_iter()
             .map(|unusual| unusual.statement)
             .collect(),
+        statement: statement.clone(),
         own_sha256: String::new(),
     };
     file.own_sha256 = file.digest();
@@ -294,6 +322,7 @@ pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
             version: file.bristle_version,
             equations: file.equations_sha256,
         },
+        statement: file.statement,
         measured: file.measured,
         runs: file.runs_sha256,
     })

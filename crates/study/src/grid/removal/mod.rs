@@ -88,6 +88,26 @@ pub struct Removal {
 }
 
 impl Removal {
+    /// The largest change, over itself, of the radius and the time at the end, and of the Preston
+    /// coefficient, against those of another computation of the same edge.
+    #[must_use]
+    pub fn largest_change(&self, other: &Self) -> f64 {
+        let numbers = |removal: &Self| {
+            let end = removal.rows.last();
+            [
+                end.map_or(0.0, |row| row.edge_radius_m),
+                end.map_or(0.0, |row| row.time_s),
+                removal.preston_m2_n,
+            ]
+        };
+        let changes = numbers(self)
+            .into_iter()
+            .zip(numbers(other))
+            .filter(|(own, other)| own != other)
+            .map(|(own, other)| (own - other).abs() / own.abs().max(other.abs()));
+        changes.fold(0.0, f64::max)
+    }
+
     /// Whether the radius still changed by more than MODEL allows when the last radii were added.
     #[must_use]
     pub fn is_unresolved(&self) -> bool {

@@ -508,6 +508,12 @@ impl<'t> Document<'t> {
         self.each_tool().map(brush).collect()
     }
 
+    /// The name of each named tool; `None` once if the file names none.
+    pub fn tool_names(&self) -> impl Iterator<Item = Option<&str>> {
+        self.each_tool()
+            .map(|tool| tool.map(|tool| tool.name.as_str()))
+    }
+
     /// Each named tool; `None` once if the file names none.
     fn each_tool(&self) -> impl Iterator<Item = Option<&LocatedTool<'t>>> {
         let alone = self.tools.is_empty().then_some(None);
