@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -50,6 +50,14 @@ class Brush:
     def settings(self) -> Settings:
         """What was simulated."""
         return self._settings
+
+    @property
+    def findings(self) -> tuple[Mapping[str, Any], ...]:
+        """What is not as it seems: ``id``, ``quantity``, ``value``, ``limit``, ``statement``, and ``help``.
+
+        ``bristle explain`` says what an id means.
+        """
+        return tuple(arguments.fixed(each) for each in json.loads(self._simulated.findings()))
 
     @cached_property
     def metrics(self) -> BrushMetrics:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -66,6 +66,14 @@ class Contact:
     def tool(self) -> Tool | None:
         """The tool that was simulated in place of the round one of the settings."""
         return self._tool
+
+    @property
+    def findings(self) -> tuple[Mapping[str, Any], ...]:
+        """What is not as it seems: ``id``, ``quantity``, ``value``, ``limit``, ``statement``, and ``help``.
+
+        ``bristle explain`` says what an id means.
+        """
+        return tuple(arguments.fixed(each) for each in json.loads(self._simulated.findings()))
 
     @cached_property
     def metrics(self) -> Metrics:

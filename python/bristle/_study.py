@@ -107,6 +107,14 @@ class Study:
         """The number of cases that failed."""
         return self._simulated.failures()
 
+    @property
+    def findings(self) -> tuple[Mapping[str, Any], ...]:
+        """What is not as it seems: ``id``, ``quantity``, ``value``, ``limit``, the ``rows``, ``statement``, and ``help``.
+
+        ``bristle explain`` says what an id means.
+        """
+        return tuple(arguments.fixed(each) for each in json.loads(self._simulated.findings()))
+
     def __len__(self) -> int:
         return int(self.runs["status"].size)
 

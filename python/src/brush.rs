@@ -6,7 +6,7 @@ use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions};
 use bristle::model::settings::Settings;
 use bristle::simulation::Stop;
 use bristle_app::insight::assumptions::Assumptions;
-use bristle_app::insight::warnings;
+use bristle_app::insight::findings::{Case, Finding, Outcome, of_case};
 use bristle_app::report::figures::Brush;
 use bristle_app::report::page::{Notes, brush_page};
 use bristle_app::store::checkpoint::{state_bytes, state_of};
@@ -14,7 +14,6 @@ use bristle_app::store::results::{MOMENT, PAIR, PLACE, REST, write_brush_metrics
 use bristle_study::grid::brush::filament_columns;
 use bristle_study::grid::{Interaction, calibration_band, press_brush, thread_count};
 use bristle_study::input::plausibility::unusual;
-use bristle_study::text::layout::Warning;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -81,26 +80,42 @@ pub fn brush(
     })
 }
 
+impl SimulatedBrush {
+    fn found(&self) -> Vec<Finding> {
+        of_case(&Case {
+            settings: &self.settings,
+            asked_n: None,
+            outcome: Some(Outcome {
+                metrics: &self.result.tool,
+                statistics: None,
+                interaction: Some(&Interaction::of(&self.result)),
+            }),
+        })
+    }
+}
+
 #[pymethods]
 impl SimulatedBrush {
     /// What `metrics.json` has.
     fn metrics(&self) -> PyResult<String> {
         let mut text = Vec::new();
-        let band = calibration_band(&self.settings, &self.result.tool);
+        let band = calibration_band(&self.settings, &self.result.tool).map_err(of_value)?;
         write_brush_metrics(&mut text, &self.settings, &self.result, band.as_ref())?;
         String::from_utf8(text).map_err(of_value)
     }
 
     /// What the program warns of.
     fn warnings(&self) -> Vec<String> {
-        warnings::of_brush(
-            &self.settings,
-            &self.result.tool,
-            &Interaction::of(&self.result),
-        )
-        .iter()
-        .map(Warning::plain)
-        .collect()
+        let findings = self.found();
+        findings
+            .iter()
+            .map(|finding| finding.warning().plain())
+            .collect()
+    }
+
+    /// What was found in the result, as JSON.
+    fn findings(&self) -> PyResult<String> {
+        serde_json::to_string(&self.found()).map_err(of_settings)
     }
 
     /// The columns of `filaments.csv`, and their units.

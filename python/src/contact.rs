@@ -7,13 +7,12 @@ use bristle::simulation::{
     ProfileCell, Sample, Sampling, Shape, Simulation, Statistics, Stop, simulate_places,
 };
 use bristle_app::insight::assumptions::Assumptions;
-use bristle_app::insight::warnings::{of_contact, of_force};
+use bristle_app::insight::findings::{Case, Finding, Outcome, of_case};
 use bristle_app::report::page::{Recorder, page};
 use bristle_app::store::results::{
     read_history, read_profile, write_history, write_metrics, write_profile,
 };
 use bristle_study::grid::{CaseSummary, Study, Sweep, VELOCITY};
-use bristle_study::text::layout::Warning;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -98,6 +97,21 @@ impl Simulated {
     }
 }
 
+impl Simulated {
+    fn found(&self) -> Vec<Finding> {
+        let metrics = &self.simulation.metrics;
+        of_case(&Case {
+            settings: &self.settings.at_depth(metrics.penetration_depth_m),
+            asked_n: self.settings.process.tool_force_n,
+            outcome: Some(Outcome {
+                metrics,
+                statistics: Some(&self.simulation.statistics),
+                interaction: None,
+            }),
+        })
+    }
+}
+
 #[pymethods]
 impl Simulated {
     /// What `metrics.json` has.
@@ -123,15 +137,16 @@ impl Simulated {
 
     /// What the program warns of.
     fn warnings(&self) -> Vec<String> {
-        let Simulation {
-            metrics,
-            statistics,
-            ..
-        } = &self.simulation;
-        let at_depth = self.settings.at_depth(metrics.penetration_depth_m);
-        let mut warnings = of_contact(&at_depth, metrics, statistics);
-        warnings.extend(of_force(self.settings.process.tool_force_n, metrics));
-        warnings.iter().map(Warning::plain).collect()
+        let findings = self.found();
+        findings
+            .iter()
+            .map(|finding| finding.warning().plain())
+            .collect()
+    }
+
+    /// What was found in the result, as JSON.
+    fn findings(&self) -> PyResult<String> {
+        serde_json::to_string(&self.found()).map_err(of_settings)
     }
 
     /// The columns of `history.csv`, and their units.

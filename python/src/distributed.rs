@@ -2,17 +2,17 @@
 
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
-use std::sync::Mutex;
 
 use bristle::simulation::{Sampling, Stop};
 use bristle_app::store::journal::{StudyKeys, header};
 use bristle_study::grid::{CaseResult, Study, simulate_cases};
+use parking_lot::Mutex;
 use pyo3::prelude::*;
 
 use crate::error::{of_input, of_value};
 use crate::input::Input;
 use crate::interrupt::on_a_thread_telling;
-use crate::study::{UNBROKEN, of_run};
+use crate::study::of_run;
 
 /// Cases of a study that are simulated for somebody else.
 #[pyclass(frozen, module = "bristle._bristle")]
@@ -42,10 +42,7 @@ impl Cases {
         let tell = |py: Python<'_>| tell.call0(py).map(drop);
         let lines = Mutex::new(header().to_owned());
         let done = |case, result: CaseResult| {
-            lines
-                .lock()
-                .expect(UNBROKEN)
-                .push_str(&self.keys.line(case, &result));
+            lines.lock().push_str(&self.keys.line(case, &result));
             ControlFlow::Continue(())
         };
         let one = NonZeroUsize::new(1);
@@ -61,6 +58,6 @@ impl Cases {
             )
         })?;
         simulated.map_err(|error| of_run(error.into()))?;
-        Ok(lines.into_inner().expect(UNBROKEN))
+        Ok(lines.into_inner())
     }
 }

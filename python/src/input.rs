@@ -77,7 +77,10 @@ fn settings_of(document: &Document<'_>) -> PyResult<(Settings, Option<InputError
         Ok(settings) => return Ok((settings, None)),
         Err(error) => error,
     };
-    let study = document.study().map_err(|_| of_input(missing.clone()))?;
+    if !document.has_study() {
+        return Err(of_input(missing));
+    }
+    let study = document.study().map_err(of_input)?;
     Ok((study.base().clone(), Some(missing)))
 }
 

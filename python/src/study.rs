@@ -5,7 +5,6 @@ use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard};
 
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::{PARAMETERS, Parameter};
@@ -14,7 +13,7 @@ use bristle::model::settings::Settings;
 use bristle::simulation::{Statistics, Stop};
 use bristle_app::insight::advice::{Limits, advise};
 use bristle_app::insight::assumptions::Assumptions;
-use bristle_app::insight::warnings::of_study;
+use bristle_app::insight::findings::of_study;
 use bristle_app::report::page::Recorder;
 use bristle_app::run::{Means, Observer, RunError, StudyRun, Subject, TakeError, page_of};
 use bristle_app::store::journal;
@@ -30,8 +29,9 @@ use bristle_study::grid::{
     CaseResult, Interaction, SPEED, Setting, Study, VELOCITY, by_work, simulate_cases_with,
     without_result,
 };
-use bristle_study::text::layout::{WIDTH, Warning};
+use bristle_study::text::layout::WIDTH;
 use numpy::PyArray1;
+use parking_lot::{Mutex, MutexGuard};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -213,11 +213,10 @@ impl PendingStudy {
 }
 
 const CLOSED: &str = "the study is closed";
-pub const UNBROKEN: &str = "nothing panics with the results in hand";
 
 impl PendingStudy {
     fn run(&self) -> MutexGuard<'_, Option<StudyRun>> {
-        self.run.lock().expect(UNBROKEN)
+        self.run.lock()
     }
 
     /// Simulates the cases without a result, whose results go nowhere else.
@@ -229,7 +228,7 @@ impl PendingStudy {
         let run = Mutex::new(run);
         let done = |case, result: CaseResult| {
             means.observer.case_done(case, result.is_err());
-            match run.lock().expect(UNBROKEN).take(case, result) {
+            match run.lock().take(case, result) {
                 Ok(()) => ControlFlow::Continue(()),
                 Err(_) => ControlFlow::Break(()),
             }
@@ -359,8 +358,13 @@ impl SimulatedStudy {
     fn warnings(&self) -> Vec<String> {
         of_study(&self.study, &self.results)
             .iter()
-            .map(Warning::plain)
+            .map(|finding| finding.warning().plain())
             .collect()
+    }
+
+    /// What was found in the results, as JSON.
+    fn findings(&self) -> PyResult<String> {
+        serde_json::to_string(&of_study(&self.study, &self.results)).map_err(of_settings)
     }
 
     /// Writes the page.

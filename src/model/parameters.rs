@@ -563,7 +563,7 @@ pub static PARAMETERS: &[Parameter] = &[
     parameter!(tool.filament_count, "", Range::NOT_NEGATIVE, "N_f", "number of filaments")
         .required()
         .also(&["count", "filaments", "number_of_filaments", "bristles", "nf"])
-        .usually(1.0, 1e6, "a count of another tool, or filaments per area in the place of their number"),
+        .usually(50.0, 1e6, "a point or comma between thousands, a count of another tool, or filaments per area in the place of their number"),
     parameter!(
         tool.filaments_per_m2 => set_filaments_per_m2,
         "1/m²",

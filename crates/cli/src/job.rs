@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use bristle_app::insight::findings::{Finding, rule};
 use bristle_app::report::vtk::is_file_name;
 use bristle_app::store::staged::{Occupied, occupy, prepare_directory};
 use bristle_study::input::document::Document;
@@ -34,6 +35,9 @@ pub struct JobArgs {
     /// Simulate again with more precision, and say what that changes
     #[arg(long)]
     pub check: bool,
+    /// Do not tell a finding, as B003; `bristle explain B003` says what it means; may be repeated
+    #[arg(long, value_name = "ID", value_parser = parse_rule)]
+    pub ignore: Vec<&'static str>,
     /// Print progress and results to stdout as JSON objects, one per line, instead of tables
     #[arg(long)]
     pub json: bool,
@@ -43,6 +47,11 @@ impl JobArgs {
     /// What the input file states, without [brush] if filaments are to be alone.
     pub fn document<'t>(&self, text: &'t InputText<'_>) -> Result<Document<'t>, CliError> {
         text.document_alone_if(self.alone)
+    }
+
+    /// The findings that are told.
+    pub fn told(&self, findings: Vec<Finding>) -> Vec<Finding> {
+        told(findings, &self.ignore)
     }
 
     /// Prepares the directory for the results, and announces that this process writes `files`,
@@ -63,4 +72,17 @@ impl JobArgs {
         )?;
         Ok(occupied)
     }
+}
+
+/// Parses the id of a rule.
+pub fn parse_rule(text: &str) -> Result<&'static str, String> {
+    rule(text)
+        .map(|rule| rule.id)
+        .ok_or_else(|| "there is no such finding: they are B001, B002, …".to_owned())
+}
+
+/// The findings whose ids are not to be ignored.
+pub fn told(mut findings: Vec<Finding>, ignored: &[&str]) -> Vec<Finding> {
+    findings.retain(|finding| !ignored.contains(&finding.id));
+    findings
 }

@@ -4,7 +4,6 @@
 use std::io;
 use std::num::NonZeroUsize;
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
 use std::{fs, iter, thread};
 
 use bristle_app::insight::measured::{Comparison, compare, comparison_table, write_comparison};
@@ -16,6 +15,7 @@ use bristle_app::report::figures::{
 use bristle_app::store::staged::{FileError, StagedFile, occupy, prepare_directory, read_table};
 use bristle_app::store::study_files::{COMPARISON, MEASURED};
 use bristle_study::input::measured::{Format as TableFormat, Measurement, read_measured};
+use parking_lot::Mutex;
 
 use bristle_app::store::results::SavedStudy;
 use bristle_study::grid::{CaseResult, Study, thread_count};
@@ -300,12 +300,7 @@ fn stage_pictures(
             .collect::<Result<Vec<_>, FileError>>()
     };
     let waiting = Mutex::new(pictures.iter());
-    let next = || {
-        waiting
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .next()
-    };
+    let next = || waiting.lock().next();
     let work = || {
         iter::from_fn(next)
             .map(stage)

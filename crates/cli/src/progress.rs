@@ -4,19 +4,20 @@
 
 use std::io;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use bristle::model::metrics::Metrics;
+use bristle_app::insight::findings::Finding;
 use bristle_app::report::tables::check_table;
 use bristle_app::run::{Observer, StudyRun};
 use bristle_study::grid::check::largest_change;
 use bristle_study::grid::work;
 use bristle_study::text::is_invisible;
-use bristle_study::text::layout::Warning;
 use indicatif::{ProgressBar, ProgressStyle};
+use parking_lot::{Mutex, MutexGuard};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -50,6 +51,7 @@ enum Event<'a> {
         /// Time taken by the other cases, in s.
         seconds: f64,
         files: &'a [PathBuf],
+        findings: &'a [Finding],
     },
 }
 
@@ -153,7 +155,7 @@ impl Progress {
 
     /// Writes the last object, if the output is JSON. Returns the first error of writing any
     /// object.
-    pub fn summarise(self, files: &[PathBuf]) -> io::Result<()> {
+    pub fn summarise(self, files: &[PathBuf], findings: &[Finding]) -> io::Result<()> {
         if let Output::Json = self.output {
             let mut state = self.state();
             let (cases, failures, seconds) = (state.done, state.failures, state.seconds);
@@ -163,6 +165,7 @@ impl Progress {
                 resumed: self.resumed,
                 seconds,
                 files,
+                findings,
             });
         }
         self.state().error.take().map_or(Ok(()), Err)
@@ -198,9 +201,7 @@ impl Progress {
     }
 
     fn state(&self) -> MutexGuard<'_, Tally> {
-        self.state
-            .lock()
-            .expect("nothing panics while holding the progress")
+        self.state.lock()
     }
 }
 
@@ -317,7 +318,7 @@ impl Lines {
                     return;
                 }
                 let time = in_time(begun.elapsed().as_secs_f64());
-                write(format!("after {time}: {}", shared.lock().expect(UNBROKEN)));
+                write(format!("after {time}: {}", shared.lock()));
             }
         };
         // Without a thread there are no lines, and results all the same.
@@ -329,12 +330,12 @@ impl Lines {
     }
 
     fn set(&self, done: String) {
-        *self.done.lock().expect(UNBROKEN) = done;
+        *self.done.lock() = done;
     }
 
     /// No line follows.
     fn end(&self) {
-        if let Some((sender, thread)) = self.thread.lock().expect(UNBROKEN).take() {
+        if let Some((sender, thread)) = self.thread.lock().take() {
             drop(sender);
             // A line that cannot be written is none that the work depends on.
             let _ = thread.join();
@@ -347,8 +348,6 @@ impl Drop for Lines {
         self.end();
     }
 }
-
-const UNBROKEN: &str = "nothing panics while holding what is told";
 
 /// The progress of one long simulation, from any thread: nothing at first, then a bar on a
 /// terminal.
@@ -409,7 +408,7 @@ impl PassProgress {
     /// Shows what share of it, from 0 to 1, is done.
     pub fn tell(&self, share: f64) {
         let passed = self.begun.elapsed();
-        let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut shown = self.shown.lock();
         shown.share = share.max(shown.share);
         let (share, pause) = (
             shown.share,
@@ -467,12 +466,7 @@ impl Waiting {
 /// Ends the bar.
 impl Drop for PassProgress {
     fn drop(&mut self) {
-        if let Some(bar) = &self
-            .shown
-            .get_mut()
-            .unwrap_or_else(PoisonError::into_inner)
-            .bar
-        {
+        if let Some(bar) = &self.shown.get_mut().bar {
             bar.finish_and_clear();
             terminal::nothing_below();
         }
@@ -507,13 +501,12 @@ pub fn print_object(event: &str, object: &Value) -> io::Result<()> {
     print(&(visible(&line.to_string()) + "\n"))
 }
 
-/// Prints the text of `metrics.json` and the warnings as a line of JSON.
-pub fn print_result(metrics: &[u8], warnings: &[Warning]) -> io::Result<()> {
+/// Prints the text of `metrics.json` and the findings as a line of JSON.
+pub fn print_result(metrics: &[u8], findings: &[Finding]) -> io::Result<()> {
     let metrics: Value = serde_json::from_slice(metrics)?;
-    let warnings: Vec<String> = warnings.iter().map(Warning::plain).collect();
     print_object(
         "result",
-        &json!({ "metrics": metrics, "warnings": warnings }),
+        &json!({ "metrics": metrics, "findings": findings }),
     )
 }
 

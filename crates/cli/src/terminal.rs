@@ -5,13 +5,14 @@ use std::env::{self, VarError};
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::Path;
-use std::sync::Mutex;
 
 use bristle_app::insight::assumptions::Assumptions;
+use bristle_app::insight::findings::Finding;
 use bristle_app::store::staged::{FileError, StagedFile};
 use bristle_study::text::layout::WIDTH;
 use bristle_study::text::{Lines, shown_path};
 use indicatif::ProgressBar;
+use parking_lot::Mutex;
 use terminal_size::terminal_size_of;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::layer::SubscriberExt;
@@ -22,15 +23,13 @@ static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
 /// Keeps a bar below all text written from now on.
 pub fn keep_below(bar: &ProgressBar) {
-    *BAR.lock().expect(UNBROKEN) = Some(bar.clone());
+    *BAR.lock() = Some(bar.clone());
 }
 
 /// Forgets the bar, once it has been cleared.
 pub fn nothing_below() {
-    *BAR.lock().expect(UNBROKEN) = None;
+    *BAR.lock() = None;
 }
-
-const UNBROKEN: &str = "nothing panics while holding the bar";
 
 /// Tells the user something. Whatever it quotes, it cannot drive the terminal. A closed stderr is
 /// not an error.
@@ -42,7 +41,7 @@ pub fn say(message: impl Display) {
 
 /// Writes a last message in place of the bar.
 pub fn say_at_the_end(message: impl Display) {
-    let bar = BAR.lock().expect(UNBROKEN).take();
+    let bar = BAR.lock().take();
     if let Some(bar) = bar {
         bar.finish_and_clear();
     }
@@ -50,7 +49,7 @@ pub fn say_at_the_end(message: impl Display) {
 }
 
 fn above_the_bar<R>(write: impl FnOnce() -> R) -> R {
-    let bar = BAR.lock().expect(UNBROKEN).clone();
+    let bar = BAR.lock().clone();
     match bar {
         Some(bar) => bar.suspend(write),
         None => write(),
@@ -146,6 +145,11 @@ pub fn show_assumptions(assumptions: &Assumptions) -> io::Result<()> {
     } else {
         show(format_args!("\n{}", assumptions.text(width())))
     }
+}
+
+/// Tells the user what was found in results.
+pub fn say_findings(findings: &[Finding]) {
+    findings.iter().map(Finding::warning).for_each(say);
 }
 
 /// Tells the user where results have been moved that gave way to others.

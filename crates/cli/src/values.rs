@@ -5,6 +5,7 @@ use std::num::NonZeroUsize;
 
 use bristle::model::parameters::Parameter;
 use bristle_study::grid::Resources;
+use bristle_study::input::cells::ambiguous;
 use clap::Args;
 
 /// Largest number of threads.
@@ -80,8 +81,11 @@ fn available_memory() -> Option<u64> {
 /// Parses a number within the range of the setting at `path`.
 pub fn parse_setting(text: &str, path: &str) -> Result<f64, String> {
     let parameter = Parameter::find(path).ok_or("no such setting")?;
-    parse_if(text, |number| parameter.check(number).is_ok())
-        .ok_or_else(|| format!("must be {}", parameter.allowed()))
+    parse_if(
+        text,
+        |number| parameter.check(number).is_ok(),
+        &parameter.allowed().to_string(),
+    )
 }
 
 /// Parses a whole number within the range of the setting at `path`.
@@ -91,11 +95,22 @@ pub fn parse_count(text: &str, path: &str) -> Result<usize, String> {
 
 /// Parses a positive number.
 pub fn parse_positive(text: &str) -> Result<f64, String> {
-    parse_if(text, |number| number > 0.0 && number.is_finite())
-        .ok_or_else(|| "must be a positive number".to_owned())
+    let is_positive = |number: f64| number > 0.0 && number.is_finite();
+    parse_if(text, is_positive, "a positive number")
 }
 
-/// Parses a number that is allowed.
-pub fn parse_if(text: &str, is_allowed: impl Fn(f64) -> bool) -> Option<f64> {
-    text.parse().ok().filter(|number| is_allowed(*number))
+/// Parses a number that is `allowed`, in words, and whose point does not look like one between
+/// thousands.
+pub fn parse_if(
+    text: &str,
+    is_allowed: impl Fn(f64) -> bool,
+    allowed: &str,
+) -> Result<f64, String> {
+    if let Some(error) = ambiguous(text) {
+        return Err(error);
+    }
+    text.parse()
+        .ok()
+        .filter(|number| is_allowed(*number))
+        .ok_or_else(|| format!("must be {allowed}"))
 }

@@ -9,7 +9,7 @@ use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 use bristle::simulation::simulate;
 
-use crate::insight::warnings::stability::place;
+use crate::insight::findings::place;
 use bristle_study::grid::{CaseResult, Study};
 use bristle_study::input::friction::{FRICTION, REMEDY, ranges};
 use bristle_study::input::materials::Material;

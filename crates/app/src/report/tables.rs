@@ -2,9 +2,9 @@
 
 use crate::insight::assumptions::Assumptions;
 use crate::insight::differences::{Difference, tool_differences};
+use crate::insight::findings::is_unstable;
 use crate::insight::quantity::{Quantity, Readable, shown_metrics};
 use crate::insight::slices::spread;
-use crate::insight::warnings::is_unstable;
 use bristle::brush::{BrushResult, Stretch};
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::Parameter;

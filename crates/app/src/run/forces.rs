@@ -4,10 +4,10 @@
 use std::collections::HashMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use bristle::model::settings::Settings;
 use bristle_study::calibrate::Forces;
+use parking_lot::{Mutex, MutexGuard};
 use serde::{Deserialize, Serialize};
 
 use crate::store::journal::{Key, line};
@@ -55,7 +55,7 @@ impl ForceJournal {
     }
 
     fn known(&self) -> MutexGuard<'_, HashMap<Key, Forces>> {
-        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+        self.known.lock()
     }
 
     /// The forces of an earlier simulation with these settings.

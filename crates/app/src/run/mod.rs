@@ -13,10 +13,10 @@ use std::io;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 
 use crate::insight::advice::Answer;
 use crate::insight::assumptions::Assumptions;
+use crate::insight::findings::of_study;
 use crate::insight::measured::{Comparison, compare};
 use crate::report::page::{Recorder, page};
 #[cfg(feature = "parquet")]
@@ -33,6 +33,8 @@ use bristle::simulation::{Sampling, Simulation, Stop};
 use bristle_study::grid::{CaseResult, Resources, Study, simulate_cases, without_result};
 use bristle_study::input::measured::{Measurement, measured_text};
 use bristle_study::input::statement::Statement;
+use parking_lot::Mutex;
+use serde_json::Value;
 use thiserror::Error;
 
 /// Watches a study, from any thread.
@@ -394,9 +396,7 @@ fn simulate(
         if flow.is_continue() {
             observer.case_done(case, result.is_err());
         }
-        shared
-            .lock()
-            .expect("nothing panics with the results in hand")[case] = Some(result);
+        shared.lock()[case] = Some(result);
         flow
     };
     let simulated = simulate_cases(study, &cases, *resources, stop, sampling, on_pass, done);
@@ -499,7 +499,11 @@ pub fn publish(
         }
         Ok(staged)
     };
-    let origin = (study, subject.origin, subject.statement);
+    let findings: Vec<Value> = of_study(study, results)
+        .iter()
+        .map(|finding| serde_json::to_value(finding).expect("findings have a form in JSON"))
+        .collect();
+    let origin = (study, subject.origin, subject.statement, &findings[..]);
     let files = write_study(directory, origin, results, &page, has_measured, further)
         .map_err(unfinished)?;
     // Files of an earlier study that this one does not write.

@@ -9,12 +9,13 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, BufReader, Seek, SeekFrom, Write};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use crate::store::journal::{self, JournalError, Key, Length};
 use bristle_study::text::shown_path;
+use parking_lot::{Condvar, Mutex, MutexGuard};
 use thiserror::Error;
 use tracing::{debug, warn};
 
@@ -28,8 +29,6 @@ pub const JOURNAL: &str = "journal.jsonl";
 /// Time between two syncs to disk, long enough not to slow the study. A loss of power can cost the
 /// cases of this time, in addition to those in progress.
 const PAUSE: Duration = Duration::from_millis(100);
-
-const UNBROKEN: &str = "nothing panics while holding the state";
 
 /// Why a command cannot resume from the journal in its directory, or cannot start a new one.
 #[derive(Debug, Error)]
@@ -288,17 +287,15 @@ impl Drop for JournalFile {
 
 impl Shared {
     fn state(&self) -> MutexGuard<'_, Written> {
-        self.state.lock().expect(UNBROKEN)
+        self.state.lock()
     }
 
     /// Syncs appended lines to disk until the journal closes.
     fn sync(&self) {
         let mut state = self.state();
         loop {
-            state = self
-                .changed
-                .wait_while(state, |state| !state.fresh && !state.closing)
-                .expect(UNBROKEN);
+            self.changed
+                .wait_while(&mut state, |state| !state.fresh && !state.closing);
             if !state.fresh {
                 return;
             }
@@ -309,11 +306,8 @@ impl Shared {
             if let Err(error) = outcome {
                 state.error.get_or_insert(error);
             }
-            state = self
-                .changed
-                .wait_timeout_while(state, PAUSE, |state| !state.closing)
-                .expect(UNBROKEN)
-                .0;
+            self.changed
+                .wait_while_for(&mut state, |state| !state.closing, PAUSE);
         }
     }
 }

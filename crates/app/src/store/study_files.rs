@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use serde_json::Value;
+
 use crate::store::previous::Previous;
 use crate::store::results::{Origin, read_study, study_text_from, write_runs};
 use bristle_study::grid::{CaseResult, Study};
@@ -84,7 +86,7 @@ pub fn write_shard(
     measured: &[Measurement],
 ) -> Result<(), FileError> {
     let has_measured = !measured.is_empty();
-    let text = study_text_from(study, &Origin::here(), statement, None, has_measured);
+    let text = study_text_from(study, &Origin::here(), statement, &[], None, has_measured);
     let mut staged = vec![StagedFile::text(directory, STUDY, &text)?];
     if has_measured {
         let text = measured_text(measured, &study.tool_names());
@@ -97,13 +99,14 @@ pub fn write_shard(
 
 /// Writes `runs.csv`, `further` files made from the text of `study.json`, that text and the page:
 /// all of them, once each can be written. Returns the paths. `origin` is the build that simulated
-/// the study, `statement` what its input file states besides; `has_measured` says whether one of the further files has measured forces.
+/// the study, `statement` what its input file states besides, `findings` what was found in the results;
+/// `has_measured` says whether one of the further files has measured forces.
 ///
 /// # Errors
 /// If a file cannot be written.
 pub fn write_study(
     directory: &Path,
-    (study, origin, statement): (&Study, &Origin, &Statement),
+    (study, origin, statement, findings): (&Study, &Origin, &Statement, &[Value]),
     results: &[CaseResult],
     page: &str,
     has_measured: bool,
@@ -111,7 +114,14 @@ pub fn write_study(
 ) -> Result<Vec<PathBuf>, FileError> {
     let mut runs = Vec::new();
     write_runs(&mut runs, study, results).expect("memory takes what is written to it");
-    let settings = study_text_from(study, origin, statement, Some(&runs), has_measured);
+    let settings = study_text_from(
+        study,
+        origin,
+        statement,
+        findings,
+        Some(&runs),
+        has_measured,
+    );
     let mut staged = vec![StagedFile::write(directory.join(RUNS), |out| {
         out.write_all(&runs)
     })?];

@@ -9,9 +9,9 @@ use bristle_study::grid::VELOCITY;
 use clap::Args;
 
 use crate::error::CliError;
+use crate::progress::Waiting;
 use crate::saved::saved_study;
 use crate::terminal::{print, say, show, width};
-use crate::progress::Waiting;
 use crate::values::{ThreadArgs, parse_if, parse_positive, parse_setting};
 
 /// Say where the tool force of a study is high, or as wanted, from saved results
@@ -94,7 +94,12 @@ pub fn run(arguments: &AdviseArgs) -> Result<(), CliError> {
     let path = &arguments.results;
     let (saved, results) = saved_study(path)?.ok_or_else(|| CliError::NoStudy(path.clone()))?;
     let mut limits = arguments.limits();
-    if let Some(goal) = saved.statement.goal.as_ref().filter(|_| limits.asks_nothing()) {
+    if let Some(goal) = saved
+        .statement
+        .goal
+        .as_ref()
+        .filter(|_| limits.asks_nothing())
+    {
         limits = Limits::of(goal).map_err(|error| CliError::of(path, error))?;
         say(format_args!("{} ([goal] of the study)", limits.question()));
     }
@@ -126,6 +131,6 @@ fn parse_most(text: &str) -> Result<Most, String> {
 
 /// Parses a contact time ratio.
 fn parse_ratio(text: &str) -> Result<f64, String> {
-    parse_if(text, |ratio| (0.0..=1.0).contains(&ratio))
-        .ok_or_else(|| "must be a number from 0 to 1".to_owned())
+    let is_ratio = |ratio: f64| (0.0..=1.0).contains(&ratio);
+    parse_if(text, is_ratio, "a number from 0 to 1")
 }

@@ -6,7 +6,7 @@ use std::path::{Path, absolute};
 use std::process::ExitCode;
 
 use bristle::model::settings::Settings;
-use bristle_app::insight::warnings::without_interaction;
+use bristle_app::insight::findings::without_interaction;
 use bristle_app::report::figures::{calibration_figures, is_of_calibration};
 use bristle_app::run::calibration::{
     CALIBRATED, OF_CALIBRATION, calibrated_text, write_calibration,
@@ -28,7 +28,7 @@ use crate::interrupt::stop_on_interrupt;
 use crate::job::JobArgs;
 use crate::pictures::draw;
 use crate::progress::{PassProgress, print_object};
-use crate::terminal::{say, say_at_the_end, say_kept, say_written, show, width};
+use crate::terminal::{say, say_at_the_end, say_findings, say_kept, say_written, show, width};
 use crate::values::{INTERRUPTED, parse_positive};
 
 /// Fit settings of a file to measured forces, or to the radii of an edge over time, and write
@@ -197,10 +197,8 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
              and leave out its --fit"
         ));
     }
-    settings
-        .iter()
-        .filter_map(without_interaction)
-        .for_each(say);
+    let findings = settings.iter().filter_map(without_interaction).collect();
+    say_findings(&arguments.job.told(findings));
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,7 +1,9 @@
 //! `bristle explain`.
 
+use bristle_app::insight::findings::rule;
 use bristle_study::input::explain::{all_keys, explain};
 use bristle_study::input::schema::input_schema;
+use bristle_study::text::layout::wrap;
 use clap::Args;
 
 use crate::error::CliError;
@@ -9,8 +11,8 @@ use crate::terminal::{print, show, width};
 
 /// Say what a key of the input file means: unit, range, default, and where the default comes from
 ///
-/// KEY is a path such as filament.length_m, its last part, or a section. Without KEY all keys are
-/// listed.
+/// KEY is a path such as filament.length_m, its last part, a section, or the id of a finding, such
+/// as B003. Without KEY all keys are listed.
 #[derive(Args)]
 pub struct ExplainArgs {
     /// The key
@@ -25,6 +27,11 @@ pub struct ExplainArgs {
 pub fn run(arguments: &ExplainArgs) -> Result<(), CliError> {
     if arguments.schema {
         return Ok(print(&input_schema())?);
+    }
+    if let Some(rule) = arguments.key.as_deref().and_then(rule) {
+        let mut text = String::new();
+        wrap(width(), &mut text, "", &rule.to_string());
+        return Ok(show(text)?);
     }
     let text = match &arguments.key {
         Some(key) => explain(key, width())?,

@@ -132,6 +132,7 @@ fn merge(
         resources: arguments.resources.resources(),
         json: arguments.json,
         tables: &arguments.tables,
+        ignored: &[],
     }
     .conclude(run)
 }

@@ -6,8 +6,8 @@ use std::process::{self, ExitCode};
 
 use bristle::simulation::Stop;
 use bristle_app::insight::advice::Limits;
+use bristle_app::insight::findings::of_study;
 use bristle_app::insight::measured::unusual_points;
-use bristle_app::insight::warnings::of_study;
 use bristle_app::report::figures::is_of_study;
 use bristle_app::report::tables::{study_tables, tools_table};
 use bristle_app::run::{Finished, Found, Means, StudyRun};
@@ -23,10 +23,12 @@ use bristle_study::text::{shown, shown_path};
 use clap::{Args, ValueEnum};
 
 use crate::error::{CliError, SIMULATION_FAILED};
-use crate::job::JobArgs;
+use crate::job::{JobArgs, told};
 use crate::pictures::{FIGURES, Figures, draw_study, is_picture, measured_forces, say_drawn};
 use crate::progress::Progress;
-use crate::terminal::{say, say_at_the_end, say_kept, say_written, show, show_assumptions, width};
+use crate::terminal::{
+    say, say_at_the_end, say_findings, say_kept, say_written, show, show_assumptions, width,
+};
 use crate::values::INTERRUPTED;
 
 /// Largest number of failed cases that a study prints. `runs.csv` lists all of them.
@@ -153,6 +155,7 @@ pub fn run(arguments: &StudyArgs) -> Result<ExitCode, CliError> {
             resources: job.resources.resources(),
             json: job.json,
             tables: &arguments.tables,
+            ignored: &job.ignore,
         }
         .conclude(run),
     }
@@ -243,7 +246,7 @@ fn simulate_shard(
             }
         ));
     }
-    progress.summarise(&[path])?;
+    progress.summarise(&[path], &[])?;
     if failed > 0 {
         say(format_args!(
             "error: {failed} of the cases failed; the results of the study will say why"
@@ -277,6 +280,8 @@ pub struct Conclusion<'a> {
     pub json: bool,
     /// Which tables are shown.
     pub tables: &'a TableArgs,
+    /// The ids of findings that are not told.
+    pub ignored: &'a [&'static str],
 }
 
 impl Conclusion<'_> {
@@ -290,6 +295,7 @@ impl Conclusion<'_> {
             resources,
             json,
             tables,
+            ignored,
         } = *self;
         if figures.are_drawn() {
             prepare_directory(&out.join(FIGURES))?;
@@ -336,13 +342,14 @@ impl Conclusion<'_> {
                 })
                 .and_then(|()| say_drawn(&drawn, &comparisons))
         };
-        let told = shown.and(progress.summarise(&files));
+        let findings = told(of_study(&study, &results), ignored);
+        let shown = shown.and(progress.summarise(&files, &findings));
         let failed = tell_failures(&results);
         if study.checks() {
             tell_changes(&results);
         }
-        of_study(&study, &results).iter().for_each(say);
-        told?;
+        say_findings(&findings);
+        shown?;
         Ok(status(failed))
     }
 }

@@ -136,7 +136,9 @@ fn a_study_draws_its_figures_and_plot_draws_them_again() {
     }
     workspace.remove("results/figures");
     for out in ["again", "results"] {
-        workspace.run(&format!("report results --out {out} --figures all,svg,png,pdf"));
+        workspace.run(&format!(
+            "report results --out {out} --figures all,svg,png,pdf"
+        ));
         assert_eq!(workspace.files(&format!("{out}/figures")), drawn);
     }
 
@@ -144,10 +146,7 @@ fn a_study_draws_its_figures_and_plot_draws_them_again() {
     let said = workspace.said("report results");
     has(
         &said,
-        &[
-            "wrote 5 figures as SVG to",
-            "more with --figures all",
-        ],
+        &["wrote 5 figures as SVG to", "more with --figures all"],
     );
     let main = workspace.files("results/figures");
     assert!(main.len() == 5 && main.iter().all(|(name, bytes)| drawn[name] == *bytes));

@@ -400,6 +400,7 @@ fn progress_and_summary_are_for_programs_too() {
     assert!(progress[0]["done"] == 0 && progress[0]["rate"].is_null());
     assert_eq!(last as usize, CASES);
     let mut summary = summary.clone();
+    assert!(summary["findings"].take().is_array());
     let time = summary["seconds"].take().as_f64();
     assert!(time.is_some_and(|time| 0.0 < time && time < seconds));
     let mut files = vec![
@@ -412,7 +413,7 @@ fn progress_and_summary_are_for_programs_too() {
     }
     let expected = json!({
         "event": "summary", "cases": CASES, "failures": FAILURES, "resumed": 0,
-        "seconds": null, "files": files,
+        "seconds": null, "files": files, "findings": null,
     });
     assert_eq!(summary, expected);
     // There are no tables, but warnings of what is unusual and errors are reported.

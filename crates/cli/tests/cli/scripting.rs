@@ -127,15 +127,11 @@ fn figures_are_drawn_as_asked() {
             "figures 40.0 mm wide have no room for text of 8.0 pt",
         ),
         (
-            "--font STIX",
+            "--font STIX --figures png",
             "PNG and PDF figures have the font Liberation Sans only",
         ),
     ] {
-        for command in [
-            "study case.toml",
-            "simulate case.toml",
-            "simulate case.toml",
-        ] {
+        for command in ["study case.toml", "simulate case.toml"] {
             directory.refuses(&format!("{command} --out new {options}"), &[told]);
         }
     }

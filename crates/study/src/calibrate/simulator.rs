@@ -2,13 +2,13 @@
 
 use std::io;
 use std::ops::ControlFlow;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::grid::removal::RemovalError;
 use crate::grid::{CaseResult, Resources, Study, simulate_cases};
 use bristle::model::settings::{Settings, UncertaintySettings};
 use bristle::simulation::{Sampling, Stop};
+use parking_lot::Mutex;
 use thiserror::Error;
 
 use crate::calibrate::problem::{Forces, Problem, ToolPlace, forces_of};
@@ -113,7 +113,7 @@ impl<'a> Simulator<'a> {
 
     /// The error about a brush that could not be simulated.
     pub fn failure(&self) -> Interrupted {
-        let failure = self.failure.lock().expect(UNBROKEN).take();
+        let failure = self.failure.lock().take();
         let failure = failure.as_deref();
         let why = failure.unwrap_or("its settings contradict each other");
         Interrupted::Failed(format!("a brush cannot be simulated: {why}"))
@@ -188,19 +188,19 @@ impl<'a> Simulator<'a> {
                     .as_ref()
                     .ok()
                     .map(|summary| forces_of(&summary.metrics));
-                found.lock().expect(UNBROKEN)[case] = forces;
+                found.lock()[case] = forces;
                 if cases[case].brush.is_none() {
                     return ControlFlow::Continue(());
                 }
                 if let Err(error) = result {
-                    *self.failure.lock().expect(UNBROKEN) = Some(error);
+                    *self.failure.lock() = Some(error);
                 }
                 let kept = forces.map_or(ControlFlow::Continue(()), |forces| {
                     observer.keep(&cases[case], &forces)
                 });
                 self.count();
                 if kept.is_break() {
-                    *flow.lock().expect(UNBROKEN) = kept;
+                    *flow.lock() = kept;
                 }
                 kept
             };
@@ -214,7 +214,7 @@ impl<'a> Simulator<'a> {
                 |_, _| {},
                 done,
             )?;
-            is_kept &= flow.into_inner().expect(UNBROKEN).is_continue();
+            is_kept &= flow.into_inner().is_continue();
         }
         if stop.is_requested() {
             return Err(Interrupted::Stopped);
@@ -223,17 +223,12 @@ impl<'a> Simulator<'a> {
             let words = "what was simulated cannot be kept";
             return Err(Interrupted::Failed(words.to_owned()));
         }
-        for (position, found) in positions
-            .into_iter()
-            .zip(found.into_inner().expect(UNBROKEN))
-        {
+        for (position, found) in positions.into_iter().zip(found.into_inner()) {
             forces[position] = found;
         }
         Ok(forces)
     }
 }
-
-const UNBROKEN: &str = "nothing panics with the results in hand";
 
 /// Settings that are simulated with a precision.
 fn at(

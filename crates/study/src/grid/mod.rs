@@ -45,7 +45,6 @@ mod tests {
     use std::io;
     use std::num::NonZeroUsize;
     use std::ops::ControlFlow;
-    use std::sync::Mutex;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     use bristle::model::metrics::Metrics;
@@ -53,6 +52,7 @@ mod tests {
     use bristle::model::settings::Settings;
     use bristle::simulation::Statistics;
     use bristle::simulation::{Job, Kind, Pass, Sampling, Simulation, Stop};
+    use parking_lot::Mutex;
 
     use super::scheduler::complete_cases;
     use super::*;
@@ -206,9 +206,7 @@ mod tests {
         let results = Mutex::new(results);
         let done = |case: usize, result| {
             let flow = on_case_done(case, &result);
-            results
-                .lock()
-                .expect("nothing panics with the results in hand")[case] = Some(result);
+            results.lock()[case] = Some(result);
             flow
         };
         complete_cases(study, &cases, threads, |_, _| {}, done, simulate)
@@ -308,7 +306,7 @@ mod tests {
         let (stop, results) = (Stop::default(), Mutex::new(Vec::new()));
         let done = |_: usize, result: CaseResult| {
             stop.request();
-            results.lock().expect("nothing panics with it").push(result);
+            results.lock().push(result);
             ControlFlow::Continue(())
         };
         let one = NonZeroUsize::new(1);
@@ -322,7 +320,7 @@ mod tests {
             done,
         )
         .expect("there is one thread");
-        let results = results.into_inner().expect("nothing panics with it");
+        let results = results.into_inner();
         assert!(results.len() == 1 && results[0].is_ok());
     }
 
@@ -369,7 +367,7 @@ mod tests {
         let study = study.checked();
         let results = Mutex::new(vec![None; 3]);
         let keep = |case: usize, result: CaseResult| {
-            results.lock().expect("no test panics")[case] = Some(result);
+            results.lock()[case] = Some(result);
             ControlFlow::Continue(())
         };
         let pass_of = |settings: &Settings| match settings.process.brushing_velocity_m_s {
@@ -380,11 +378,7 @@ mod tests {
             .expect("the threads start");
         let mut expected = run_study(&study, None, || ()).expect("the threads start");
         expected[2] = Err("no pass".to_owned());
-        let results: Option<Vec<CaseResult>> = results
-            .into_inner()
-            .expect("no test panics")
-            .into_iter()
-            .collect();
+        let results: Option<Vec<CaseResult>> = results.into_inner().into_iter().collect();
         assert_eq!(results, Some(expected));
     }
 

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
-use std::sync::Mutex;
 use std::time::Instant;
 use std::{io, thread};
 
@@ -19,6 +18,7 @@ use bristle::simulation::{
 };
 use bristle::tool::{Place, Tool, places};
 use bristle::workpiece::Workpiece;
+use parking_lot::Mutex;
 use tracing::{debug, info, warn};
 
 use super::study::Study;
@@ -64,7 +64,7 @@ pub fn run_study(
     let cases: Vec<usize> = (0..study.case_count()).collect();
     let results = Mutex::new(vec![None; cases.len()]);
     let done = |case: usize, result| {
-        results.lock().expect(UNBROKEN)[case] = Some(result);
+        results.lock()[case] = Some(result);
         on_case_done();
         ControlFlow::Continue(())
     };
@@ -77,14 +77,12 @@ pub fn run_study(
         |_, _| {},
         done,
     )?;
-    let results = results.into_inner().expect(UNBROKEN);
+    let results = results.into_inner();
     Ok(results
         .into_iter()
         .map(|result| result.expect("every case is done"))
         .collect())
 }
-
-pub(crate) const UNBROKEN: &str = "nothing panics with the results in hand";
 
 /// The cases that have no result yet, counted from 0.
 ///
@@ -292,7 +290,10 @@ fn simulate_brush(
     Some(Ok(CaseSummary {
         turn_contact_normal_impulses_n_s: turn_impulses(&result),
         statistics: statistics(&result.statistics),
-        scatter: calibration_band(&settings, &result.tool),
+        scatter: calibration_band(&settings, &result.tool).unwrap_or_else(|error| {
+            warn!(case = case + 1, error);
+            None
+        }),
         brush: Some(Interaction::of(&result)),
         change_when_checked: checked.map(|checked| largest_change(&result.tool, &checked.tool)),
         metrics: result.tool,
@@ -300,16 +301,23 @@ fn simulate_brush(
 }
 
 /// The distribution that a calibration leaves of the force of a brush with the metrics `tool`: that
-/// of a filament alone, times the effect of interaction. `None` if nothing is calibrated, or it
-/// cannot be sampled.
-#[must_use]
-pub fn calibration_band(settings: &Settings, tool: &Metrics) -> Option<ForceScatter> {
-    let calibration = Some(settings.uncertainty.calibration.clone()?);
+/// of a filament alone, times the effect of interaction. `None` if nothing is calibrated, or a
+/// filament alone has no force.
+///
+/// # Errors
+/// If filaments alone cannot be sampled, in words.
+pub fn calibration_band(
+    settings: &Settings,
+    tool: &Metrics,
+) -> Result<Option<ForceScatter>, String> {
+    let Some(calibration) = settings.uncertainty.calibration.clone() else {
+        return Ok(None);
+    };
     let UncertaintySettings { samples, seed, .. } = settings.uncertainty;
     let uncertainty = UncertaintySettings {
         samples,
         seed,
-        calibration,
+        calibration: Some(calibration),
         ..UncertaintySettings::default()
     };
     let alone = Settings {
@@ -317,14 +325,18 @@ pub fn calibration_band(settings: &Settings, tool: &Metrics) -> Option<ForceScat
         uncertainty,
         ..settings.clone()
     };
-    check(&alone).ok()?;
+    let without = |error: &dyn Display| format!("no band of the calibration: {error}");
+    check(&alone).map_err(|error| without(&error))?;
     let study = Study::of_cases(vec![alone]);
-    let result = run_study(&study, NonZeroUsize::new(1), || ())
-        .ok()?
-        .pop()?
-        .ok()?;
+    let results =
+        run_study(&study, NonZeroUsize::new(1), || ()).map_err(|error| without(&error))?;
+    let [result] = &results[..] else {
+        return Ok(None);
+    };
+    let result = result.as_ref().map_err(|error| without(error))?;
     let factor = tool.tool_contact_normal_force_n / result.metrics.tool_contact_normal_force_n;
-    Some(result.scatter?.times(factor)).filter(|_| factor.is_finite())
+    let scatter = result.scatter.clone().filter(|_| factor.is_finite());
+    Ok(scatter.map(|scatter| scatter.times(factor)))
 }
 
 /// The brush that `settings` state, by `simulate`, which returns its force and result, with its
@@ -374,11 +386,7 @@ fn complete_one_by_one(
     let waiting = each_in_order_of_work(study, cases);
     let threads = thread_count(threads).min(waiting.len());
     let waiting = Mutex::new(waiting);
-    let queued = || {
-        waiting
-            .lock()
-            .expect("nothing panics with the queue in hand")
-    };
+    let queued = || waiting.lock();
     let work = || {
         loop {
             let next = queued().pop();
@@ -763,7 +771,7 @@ pub(super) fn complete_cases<E: Display>(
         waiting,
         ..Queue::default()
     });
-    let queued = || queue.lock().expect("nothing panics with the queue in hand");
+    let queued = || queue.lock();
     let take = |kind: Option<Kind>| queued().give_out(study, kind);
     let done = |number: usize, result: Result<Simulation, E>| {
         let Taken { nominal, complete } = queued().take(number, result);

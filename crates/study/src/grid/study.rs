@@ -4,13 +4,14 @@
 //! study therefore needs no memory beyond its results.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use crate::text::shown;
 use bristle::brush::{BrushError, check_brush};
 use bristle::model::parameters::{Parameter, Violation};
 use bristle::model::settings::Settings;
 use bristle::tool::Trim;
+use parking_lot::Mutex;
 use thiserror::Error;
 
 use super::setting::{FORCE, SPEED, Setting, TOOL, TURNS, VELOCITY};
@@ -377,7 +378,7 @@ impl Study {
     /// # Errors
     /// If there is no such brush.
     pub fn brush_memory(&self, case: usize) -> Result<u64, BrushError> {
-        let needs = || self.needs.lock().expect("nothing panics with them in hand");
+        let needs = || self.needs.lock();
         let known = needs().get(&case).cloned();
         known.unwrap_or_else(|| {
             let needed = check_brush(&tentative(self.settings(case)), None);

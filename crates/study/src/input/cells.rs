@@ -82,6 +82,22 @@ pub(crate) fn has_thousands(cell: &str, mark: char) -> bool {
         && groups.all(|group| group.len() == 3 && is_number(group))
 }
 
+/// The error about a number whose point or comma may separate thousands; `None` if it cannot.
+#[must_use]
+pub fn ambiguous(number: &str) -> Option<String> {
+    let (mark, name) = [('.', "point"), (',', "comma")]
+        .into_iter()
+        .find(|(mark, _)| number.contains(*mark))?;
+    has_thousands(number, mark).then(|| {
+        let [all, decimals] = ["", "."].map(|instead| number.replace(mark, instead));
+        let decimals = decimals.trim_end_matches('0');
+        let point = if decimals.ends_with('.') { "0" } else { "" };
+        format!(
+            "the {name} of {number} may separate decimals or thousands: write {all} or {decimals}{point}"
+        )
+    })
+}
+
 /// A finite number as it stands in a cell.
 pub(crate) fn number(cell: &str, has_comma: bool) -> Option<f64> {
     let cell = cell.trim();

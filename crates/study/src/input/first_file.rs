@@ -7,7 +7,7 @@ use bristle::model::settings::{Settings, ToolKind, ToolSettings};
 use bristle::tool::Trim;
 
 use crate::grid::{DEPTH, SPEED, without_rounding_noise};
-use crate::input::cells::has_thousands;
+use crate::input::cells::ambiguous;
 use crate::input::document::Document;
 use crate::input::input_error::{InputError, LONGEST_KEY};
 use crate::input::materials::{CONTACT_STIFFNESS, Material, default_contact_stiffness};
@@ -267,11 +267,8 @@ impl Question {
             text.find(|letter| !is_of_number(letter))
                 .unwrap_or(text.len()),
         );
-        if number.contains(',') && has_thousands(number, ',') {
-            return Err(format!(
-                "the comma of {number} may separate decimals or thousands: write {}",
-                number.replace(',', "")
-            ));
+        if let Some(error) = ambiguous(number) {
+            return Err(error);
         }
         let example = if self.unit.is_empty() {
             "0.6 or 0,6".to_owned()
@@ -824,7 +821,7 @@ mod tests {
             (
                 "--filaments",
                 "10,500",
-                "may separate decimals or thousands: write 10500",
+                "may separate decimals or thousands: write 10500 or 10.5",
             ),
             (
                 "--filaments",

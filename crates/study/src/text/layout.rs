@@ -113,8 +113,10 @@ pub fn wrap_beside(width: usize, text: &mut String, row: &str, words: &str) {
 /// A warning of results that are not what they seem.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Warning {
+    /// What it is looked up and silenced by; empty if it is not.
+    id: &'static str,
     statement: String,
-    /// What to do about it, and the line to add to the input file for that.
+    /// What to do about it, and the line to add to the input file for that, which may be empty.
     help: Option<(String, String)>,
 }
 
@@ -122,9 +124,16 @@ impl Warning {
     /// A warning that states something.
     pub fn new(statement: impl Into<String>) -> Self {
         Self {
+            id: "",
             statement: statement.into(),
             help: None,
         }
+    }
+
+    /// The same warning, with an id.
+    #[must_use]
+    pub fn with_id(self, id: &'static str) -> Self {
+        Self { id, ..self }
     }
 
     /// The same warning, with what to do about it: a statement, and a line to add to the input
@@ -142,8 +151,13 @@ impl Warning {
         let help = self
             .help
             .as_ref()
-            .map(|(how, line)| format!("\nhelp: {how} {line}"));
-        self.statement.clone() + &help.unwrap_or_default()
+            .map(|(how, line)| format!("\nhelp: {how} {line}").trim_end().to_owned());
+        let id = if self.id.is_empty() {
+            String::new()
+        } else {
+            format!("{}: ", self.id)
+        };
+        id + &self.statement + &help.unwrap_or_default()
     }
 }
 
@@ -151,19 +165,20 @@ impl Warning {
 impl Display for Warning {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
         const HELP: &str = "   = help: ";
-        formatter.write_str(&wrapped("warning: ", &self.statement))?;
-        match &self.help {
-            Some((how, line)) => {
-                write!(
-                    formatter,
-                    "\n{}\n{:indent$}{line}",
-                    wrapped(HELP, how),
-                    "",
-                    indent = HELP.len()
-                )
-            }
-            None => Ok(()),
+        let beginning = if self.id.is_empty() {
+            "warning: ".to_owned()
+        } else {
+            format!("warning[{}]: ", self.id)
+        };
+        formatter.write_str(&wrapped(&beginning, &self.statement))?;
+        let Some((how, line)) = &self.help else {
+            return Ok(());
+        };
+        write!(formatter, "\n{}", wrapped(HELP, how))?;
+        if line.is_empty() {
+            return Ok(());
         }
+        write!(formatter, "\n{:indent$}{line}", "", indent = HELP.len())
     }
 }
 

@@ -29,9 +29,9 @@ use bristle::simulation::Stop;
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::insight::findings::vibrating_note;
 use crate::insight::quantity::{Quantity, Readable};
 use crate::insight::slices::{Slice, Varied, process_slices};
-use crate::insight::warnings::turns::vibrating_note;
 use bristle_study::grid::{CaseResult, FORCE, FRICTION, Study, TOOL, Tool};
 use bristle_study::text::layout::wrap;
 use bristle_study::text::number::{counted, short, significant, spanning};

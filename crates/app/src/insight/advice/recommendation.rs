@@ -4,7 +4,6 @@
 use std::io;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
-use std::sync::Mutex;
 
 use bristle::model::metrics::SWEEPING_RATIO;
 use bristle::model::parameters::Parameter;
@@ -14,6 +13,7 @@ use bristle_study::grid::{CaseResult, CaseSummary, DEPTH, Study, VELOCITY, simul
 use bristle_study::input::first_file::ASSUMED_TILT_RAD;
 use bristle_study::text::layout::wrap;
 use bristle_study::text::number::{short, uncertain};
+use parking_lot::Mutex;
 use serde::Serialize;
 
 use super::cited::force;
@@ -23,8 +23,8 @@ use super::rank::{NEAR, coarse_rank, rank};
 use super::section::Section;
 use super::suggestion::rounded;
 use crate::insight::assumptions::Assumptions;
+use crate::insight::findings::is_packed;
 use crate::insight::slices::Varied;
-use crate::insight::warnings::is_packed;
 
 /// So near is the force at which the search for it ends.
 const FOUND: f64 = 0.01;
@@ -181,9 +181,7 @@ fn simulated(
     };
     let result = Mutex::new(None);
     let keep = |_, done| {
-        *result
-            .lock()
-            .expect("nothing panics with the result in hand") = Some(done);
+        *result.lock() = Some(done);
         ControlFlow::Continue(())
     };
     simulate_cases(
@@ -195,9 +193,7 @@ fn simulated(
         |_, _| {},
         keep,
     )?;
-    Ok(result
-        .into_inner()
-        .expect("nothing panics with the result in hand"))
+    Ok(result.into_inner())
 }
 
 impl Recommendation {

@@ -8,8 +8,8 @@ use std::collections::BTreeSet;
 use std::io;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
-use std::sync::{Mutex, MutexGuard};
 
+use parking_lot::{Mutex, MutexGuard};
 use serde_json::{Value, json};
 
 use super::packed::{Packed, rounded};
@@ -269,9 +269,7 @@ impl<'a> Recorder<'a> {
     }
 
     fn courses(&self) -> MutexGuard<'_, Vec<Course>> {
-        self.courses
-            .lock()
-            .expect("nothing panics with the courses in hand")
+        self.courses.lock()
     }
 
     /// Simulates the cases of the page that were not recorded, and returns all courses. Brushes
@@ -321,10 +319,7 @@ impl<'a> Recorder<'a> {
                 |_, _| ControlFlow::Continue(()),
             )?;
         }
-        let mut courses = self
-            .courses
-            .into_inner()
-            .expect("nothing panics with the courses in hand");
+        let mut courses = self.courses.into_inner();
         courses.sort_unstable_by_key(Course::case);
         Ok(courses)
     }

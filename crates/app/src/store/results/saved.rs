@@ -6,6 +6,7 @@ use bristle::equations::FINGERPRINT;
 use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::store::digest::digest;
 use bristle_study::grid::uncertainty::check;
@@ -100,6 +101,8 @@ struct StudyFile {
     /// What is unusual about the settings, in sentences.
     warnings: Vec<String>,
     statement: Statement,
+    /// What was found in the results.
+    findings: Vec<Value>,
     /// Hash of all other keys: figures and advice would show results of other settings if one of
     /// these were changed.
     own_sha256: String,
@@ -119,6 +122,7 @@ impl StudyFile {
             axes,
             warnings,
             statement,
+            findings,
             own_sha256: _,
         } = self;
         json_digest(&(
@@ -132,6 +136,7 @@ impl StudyFile {
             axes,
             warnings,
             statement,
+            findings,
         ))
     }
 }
@@ -211,12 +216,13 @@ pub fn study_text(study: &Study, runs: &[u8], measured: bool) -> String {
         study,
         &Origin::here(),
         &Statement::default(),
+        &[],
         Some(runs),
         measured,
     )
 }
 
-/// The text of `study.json` for a `runs.csv` with the text `runs` from the build `origin`; a shard
+/// The text of `study.json` with the `findings` for a `runs.csv` with the text `runs` from the build `origin`; a shard
 /// has no such file. `measured` states whether measured forces belong to
 /// the results.
 #[must_use]
@@ -224,6 +230,7 @@ pub fn study_text_from(
     study: &Study,
     origin: &Origin,
     statement: &Statement,
+    findings: &[Value],
     runs: Option<&[u8]>,
     measured: bool,
 ) -> String {
@@ -241,6 +248,7 @@ pub fn study_text_from(
             .map(|unusual| unusual.statement)
             .collect(),
         statement: statement.clone(),
+        findings: findings.to_vec(),
         own_sha256: String::new(),
     };
     file.own_sha256 = file.digest();

@@ -13,7 +13,9 @@ use crate::progress::{PassProgress, print_result, show_check};
 use crate::saved::{
     BRUSH, BRUSH_PAGE, CHECK, CONTACTS, FILAMENTS, HISTORY, METRICS, OF_BRUSH, OF_CONTACT,
 };
-use crate::terminal::{commit, say, say_at_the_end, say_kept, say_written, show, show_assumptions};
+use crate::terminal::{
+    commit, say, say_at_the_end, say_findings, say_kept, say_written, show, show_assumptions,
+};
 use crate::values::INTERRUPTED;
 use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions};
@@ -21,7 +23,7 @@ use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
 use bristle::simulation::Stop;
 use bristle_app::insight::assumptions::Assumptions;
-use bristle_app::insight::warnings::{of_brush, of_force};
+use bristle_app::insight::findings::{Case, Outcome, of_case};
 use bristle_app::report::figures::{Brush, brush_figures};
 use bristle_app::report::page::{Notes, brush_page};
 use bristle_app::report::tables::{band_line, brush_table};
@@ -38,7 +40,7 @@ use bristle_study::grid::check::{FINER_BRUSH, check_text, finer_brush};
 use bristle_study::grid::{Interaction, calibration_band, press_brush, thread_count};
 use bristle_study::input::document::Document;
 use bristle_study::input::plausibility::unusual;
-use bristle_study::text::layout::Warning;
+use bristle_study::text::layout::note;
 use bristle_study::text::shown_path;
 
 /// What is simulated, for its progress.
@@ -113,19 +115,24 @@ fn simulate_and_write(
         unusual: &unusual,
         assumptions: &assumptions,
     };
-    let warnings: Vec<Warning> = of_brush(&settings, &metrics, &Interaction::of(&result))
-        .into_iter()
-        .chain(of_force(force_n, &metrics))
-        .collect();
+    let findings = job.told(of_case(&Case {
+        settings: &settings,
+        asked_n: force_n,
+        outcome: Some(Outcome {
+            metrics: &metrics,
+            statistics: None,
+            interaction: Some(&Interaction::of(&result)),
+        }),
+    }));
     let (metrics_text, table) =
         write_results(arguments, settings.clone(), result, notes, &figures)?;
     checkpoint.remove()?;
     if job.json {
-        print_result(&metrics_text, &warnings)?;
+        print_result(&metrics_text, &findings)?;
     } else {
         show(table)?;
     }
-    warnings.iter().for_each(say);
+    say_findings(&findings);
     if !job.json {
         show_assumptions(&assumptions)?;
     }
@@ -320,7 +327,10 @@ fn write_results(
     figures: &Figures,
 ) -> Result<(Vec<u8>, String), CliError> {
     let mut hashes = FileHashes::new();
-    let band = calibration_band(&settings, &result.tool);
+    let band = calibration_band(&settings, &result.tool).unwrap_or_else(|error| {
+        say(note(&error));
+        None
+    });
     let mut metrics = Vec::new();
     write_brush_metrics(&mut metrics, &settings, &result, band.as_ref())?;
     let mut stage = |name: &str, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {

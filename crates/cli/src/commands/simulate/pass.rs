@@ -9,13 +9,13 @@ use crate::progress::{PassProgress, print_result, show_check};
 use crate::saved::{
     CASE, CHECK, Contact, HISTORY, HISTORY_PARQUET, METRICS, OF_BRUSH, POSITIONS, PROFILE, SHAPES,
 };
-use crate::terminal::{commit, say, say_written, show, width};
+use crate::terminal::{commit, say_findings, say_written, show, width};
 use crate::vtk_files::{VTK, commit_vtk, stage_vtk};
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, Sampling, Shape, Stop, simulate_places};
 use bristle_app::insight::assumptions::Assumptions;
-use bristle_app::insight::warnings::{of_contact, of_force};
+use bristle_app::insight::findings::{Case, Outcome, of_case};
 use bristle_app::report::figures::drawn_shapes;
 #[cfg(feature = "parquet")]
 use bristle_app::report::parquet::write_history_parquet;
@@ -30,7 +30,6 @@ use bristle_app::store::staged::{StagedFile, prepare_directory, remove};
 use bristle_study::grid::check::{FINER_PASS, check_text, finer_pass};
 use bristle_study::input::document::Document;
 use bristle_study::input::plausibility::unusual;
-use bristle_study::text::layout::Warning;
 
 /// Least number of equally spaced times of a pass from which the shapes in the figures are chosen.
 const LEAST_SHAPES: usize = 300;
@@ -150,18 +149,19 @@ pub fn run(
         &figures,
         is_of_simulation,
     )?;
-    let warnings: Vec<Warning> = of_contact(
-        &contact.settings,
-        &simulation.metrics,
-        &simulation.statistics,
-    )
-    .into_iter()
-    .chain(of_force(force_n, &simulation.metrics))
-    .collect();
+    let findings = job.told(of_case(&Case {
+        settings: &contact.settings,
+        asked_n: force_n,
+        outcome: Some(Outcome {
+            metrics: &simulation.metrics,
+            statistics: Some(&simulation.statistics),
+            interaction: None,
+        }),
+    }));
     let shown = if job.json {
         let mut metrics = Vec::new();
         write_metrics(&mut metrics, &contact.settings, &simulation)?;
-        print_result(&metrics, &warnings)
+        print_result(&metrics, &findings)
     } else {
         let assumptions = Assumptions::of_contact(&contact.settings, &document.unstated())
             .with_material(document.material());
@@ -172,7 +172,7 @@ pub fn run(
             width(),
         ))
     };
-    warnings.iter().for_each(say);
+    say_findings(&findings);
     shown?;
     if job.check {
         let checked = check(&contact.settings, job.json)?;

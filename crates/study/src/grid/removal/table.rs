@@ -2,16 +2,15 @@
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
-use std::sync::Mutex;
 
 use bristle::model::settings::{
     ChamferSettings, EdgeSettings, Settings, Side, UncertaintySettings, WorkpieceKind,
 };
 use bristle::simulation::{ProfileCell, Sampling, Simulation, Stop};
+use parking_lot::Mutex;
 
 use super::curve::Curve;
 use super::error::RemovalError;
-use crate::grid::scheduler::UNBROKEN;
 use crate::grid::uncertainty::Scatter;
 use crate::grid::{CaseResult, CaseSummary, Resources, Study, simulate_cases};
 
@@ -315,11 +314,11 @@ impl<'a> Passes<'a> {
             ..Sampling::default()
         };
         let on_pass = |case: usize, simulation: &Simulation| {
-            shares.lock().expect(UNBROKEN)[case] = Some(shares_of_edges(&simulation.profile));
+            shares.lock()[case] = Some(shares_of_edges(&simulation.profile));
         };
         let on_case = |case: usize, result: CaseResult| {
-            works.lock().expect(UNBROKEN)[case] = Some(result);
-            let mut done = done.lock().expect(UNBROKEN);
+            works.lock()[case] = Some(result);
+            let mut done = done.lock();
             *done += 1;
             (self.tell)(*done, count);
             ControlFlow::Continue(())
@@ -337,8 +336,8 @@ impl<'a> Passes<'a> {
         if self.stop.is_requested() {
             return Err(RemovalError::Stopped);
         }
-        let shares = shares.into_inner().expect(UNBROKEN);
-        let works = works.into_inner().expect(UNBROKEN).into_iter().zip(shares);
+        let shares = shares.into_inner();
+        let works = works.into_inner().into_iter().zip(shares);
         Ok(works
             .map(|(result, shares)| {
                 let summary = result.expect("every case is done")?;

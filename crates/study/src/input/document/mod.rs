@@ -378,11 +378,18 @@ impl<'t> Document<'t> {
         self.build(None, &[]).map(|built| built.settings)
     }
 
+    /// Whether the file sweeps settings, or compares tools.
+    #[must_use]
+    pub fn has_study(&self) -> bool {
+        !self.sweeps.is_empty() || !self.tools.is_empty()
+    }
+
     /// The settings of the first case of the study, or those that the file states without one.
     pub fn first_settings(&self) -> Result<Settings, InputError> {
-        match self.study() {
-            Ok(study) => Ok(study.settings(0)),
-            Err(_) => self.settings(),
+        if self.has_study() {
+            Ok(self.study()?.settings(0))
+        } else {
+            self.settings()
         }
     }
 
@@ -522,7 +529,7 @@ impl<'t> Document<'t> {
 
     /// The study that the file states. All its cases are checked.
     pub fn study(&self) -> Result<Study, InputError> {
-        if self.sweeps.is_empty() && self.tools.is_empty() {
+        if !self.has_study() {
             let allowed = "a section that sweeps at least one setting, or names tools";
             let advice = "add, for example, `[study]` and under it `brushing_velocity_m_s = [5.0, 10.0, 20.0]`";
             return Err(self.absent(STUDY, allowed, self.study_span.clone(), advice));
