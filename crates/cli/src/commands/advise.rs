@@ -28,7 +28,9 @@ use crate::values::{ThreadArgs, parse_if, parse_positive, parse_setting};
 /// between cases are marked with ≈. The recommendation is simulated, with filaments that touch each
 /// other where they do, and then again in space, with tilts; --no-verify leaves that out.
 ///
-/// Without any of them, the question is that of [goal] in the file of the study.
+/// Without any of them, the question is that of [goal] in the file of the study, which `bristle
+/// study` answers in the same run. process.tool_force_n in place of a depth asks for the depth of a
+/// force.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct AdviseArgs {

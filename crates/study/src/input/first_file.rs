@@ -441,9 +441,12 @@ pub fn first_file(
             &[("contact.friction_coefficient", friction, has_friction), (CONTACT_STIFFNESS, stiffness, false)],
         ),
         section("process", &[(SPEED, rounded(speed / 2.0), true), (DEPTH, rounded(depth / 2.0), true)]),
+        "# tool_force_n = 50                 # in place of the depth, which is then found\n".to_owned(),
         format!(
             "\n[study]                            # up to the limits of the machine\nrotational_speed_rpm = [{}]\n\
-             penetration_depth_m = [{}]\n",
+             penetration_depth_m = [{}]\n\n\
+             # [goal]                           # what the study is to answer; `bristle explain goal`\n\
+             # target_force_n = 50\n",
             shares(speed, 6),
             shares(depth, 4)
         ),
