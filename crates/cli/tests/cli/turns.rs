@@ -68,7 +68,7 @@ fn a_study_lists_the_impulses_of_all_turns() {
         "{HEAD}{SWEEPS}\"process.turns\" = [1, 3]\n"
     )));
     let text = directory.told("study case.toml --out many");
-    let vibrating = "which one pass leaves out; 2 of 8 cases, most in row 2";
+    let vibrating = "which one pass leaves out; 2 of 8 cases, most in row";
     has(&words(&text), &[vibrating]);
     let runs = directory.rows("many/runs.csv");
     for row in &runs {
