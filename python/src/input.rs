@@ -138,10 +138,13 @@ pub fn paper(brushing_velocity_m_s: f64, penetration_depth_m: f64) -> PyResult<S
     serde_json::to_string(&settings).map_err(of_settings)
 }
 
+/// Control points of a spline, in m.
+type Points = Vec<[f64; 2]>;
+
 /// The text of an input file, once it has been checked, the control points in m that it takes from
 /// another file, and the path of its measured forces from here.
 #[pyfunction]
-pub fn read_input(path: PathBuf) -> PyResult<(String, Option<Vec<[f64; 2]>>, Option<String>)> {
+pub fn read_input(path: PathBuf) -> PyResult<(String, Option<Points>, Option<String>)> {
     let text = read_file(&path).map_err(of_file)?;
     let name = path.to_string_lossy();
     let document = read_document(&path, &text, &name, &[]).map_err(of_document)?;

@@ -169,8 +169,6 @@ def test_brushes_failures_and_the_other_way_round(
         study = bristle.distributed.study(small_brush, depths, client, out=out)
         with pytest.warns(bristle.SettingsWarning):
             failed = bristle.distributed.study(alone, failing, client)
-        with pytest.raises(bristle.SettingsError, match="cannot resume"):
-            bristle.distributed.study(alone, depths, client, out=out)
     assert failed.failures == 3 and failed.runs["status"][-1] == "ok"
     local = bristle.study(small_brush, depths, out=tmp_path / "here", progress=False)
     assert_same_files(out, tmp_path / "here")
@@ -187,11 +185,20 @@ def journal_of(settings: bristle.Settings, velocities: list[float]) -> str:
     return bristle._bristle.Cases(swept._input).simulate([0], lambda: None)
 
 
+def of_another_version(journal: str) -> str:
+    """The same journal in another format."""
+    assert '"format":2' in journal
+    return journal.replace('"format":2', '"format":9')
+
+
 def test_results_of_another_build_are_refused(coarse: bristle.Settings) -> None:
     swept = coarse.replace(study={"brushing_velocity_m_s": [10.0, 20.0]})
     study = bristle._bristle.PendingStudy(swept._input, None, False, 1, None, None)
-    with pytest.raises(ValueError, match="another study or program"):
-        study.take(journal_of(coarse, [11.0, 20.0]))
+    with pytest.raises(ValueError, match="another version of Bristle"):
+        study.take(of_another_version(journal_of(coarse, [10.0, 20.0])))
+    # Results of other settings are none of this study.
+    study.take(journal_of(coarse, [11.0, 20.0]))
+    assert study.counts() == (0, 2, 0)
     whole = journal_of(coarse, [10.0, 20.0])
     with pytest.raises(ValueError, match="damaged"):
         study.take(whole[:-20])
@@ -210,17 +217,17 @@ def test_workers_of_another_build_and_workers_that_fail(
     coarse: bristle.Settings, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sweep = {"process.brushing_velocity_m_s": [10.0, 20.0]}
-    other = journal_of(coarse, [11.0, 20.0])
+    other = of_another_version(journal_of(coarse, [10.0, 20.0]))
 
-    def simulate_another_study(cases: list[int], settings: object) -> tuple[str, str]:
+    def simulate_elsewhere(cases: list[int], settings: object) -> tuple[str, str]:
         return other, "tcp://other"
 
     def fail(cases: list[int], settings: object) -> tuple[str, str]:
         raise OSError("no memory")
 
     with Client(processes=False, n_workers=1, dashboard_address=None) as client:
-        monkeypatch.setattr(bristle.distributed, "_simulate", simulate_another_study)
-        with pytest.raises(ClusterError, match="worker tcp://other .* another study or program"):
+        monkeypatch.setattr(bristle.distributed, "_simulate", simulate_elsewhere)
+        with pytest.raises(ClusterError, match="worker tcp://other .* another version of Bristle"):
             bristle.distributed.study(coarse, sweep, client)
         monkeypatch.setattr(bristle.distributed, "_simulate", fail)
         with pytest.raises(ClusterError, match="OSError: no memory"):

@@ -112,12 +112,14 @@ def test_results_that_are_not_what_they_seem_draw_a_warning(
     few = {"filament_count": 1000, "filament_count_uncertainty": 0}
     sparse = settings.replace(tool=few)
     fast = sparse.replace(process={"brushing_velocity_m_s": 30.0})
-    vibrates = "still vibrating.*\n.*turns = .steady."
+    vibrates = "of its vibration.*\n.*turns = .steady."
     with pytest.warns(bristle.ResultWarning, match=vibrates):
         bristle.simulate(fast)
     sweep = {"process.penetration_depth_m": [1e-3]}
     with pytest.warns(bristle.ResultWarning, match=vibrates):
         bristle.study(fast, sweep, progress=False)
+    [found] = [each for each in bristle.simulate(fast).findings if each["id"] == "B008"]
+    assert found["quantity"] == "process.turns" and found["value"] > found["limit"] == 0.05
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         bristle.simulate(sparse.replace(contact={"stiffness_n_m": 1e6}))
