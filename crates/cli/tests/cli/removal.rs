@@ -61,7 +61,11 @@ fn an_edge_grows_until_its_goal() {
     let expected = 2e-14 * one("sliding_work_j") * 10_500.0 * 10.0 / 0.18 / TAU;
     is_near(one("removal_rate_m3_s"), expected, 1e-12);
     lacks(&directory.read("one/metrics.json"), &["wear_ratio"]);
-    directory.run("wear case.toml --out again --threads 3");
+    let checked = directory.said("wear case.toml --out again --threads 3 --check");
+    has(
+        &checked,
+        &["with a tenth of the tolerance, radius and time change by at most 0."],
+    );
     let [grown, again] =
         ["grown", "again"].map(|out| directory.read(&format!("{out}/removal.csv")));
     assert_eq!(grown, again);

@@ -19,7 +19,15 @@ mod simulator;
 mod statistics;
 mod words;
 
+use std::ops::ControlFlow;
+
+use bristle::model::settings::Settings;
+use bristle::simulation::Sampling;
 use nalgebra::DVector;
+use parking_lot::Mutex;
+
+use crate::grid::check::{finer_brush, finer_pass};
+use crate::grid::{CaseResult, Study, simulate_cases};
 use spec_math::cephes64::{chdtrc, stdtri};
 
 pub use calibrated::calibrated;
@@ -199,6 +207,84 @@ impl Calibration {
     pub fn standard_error(&self, setting: usize) -> f64 {
         self.errors.standard_error(setting)
             * self.problem.fitted[setting].slope(self.values[setting])
+    }
+
+    /// The largest relative change of a force, or of a radius, when it is simulated at the values
+    /// that were found with more precision: passes at a tenth of their tolerance, brushes at a
+    /// quarter.
+    ///
+    /// # Errors
+    /// If it is interrupted, or a point cannot be simulated.
+    pub fn change_when_checked(&self, means: Means<'_>) -> Result<f64, Interrupted> {
+        let Self {
+            problem,
+            values,
+            forces,
+            ..
+        } = self;
+        let finer = |settings: Settings| {
+            if settings.brush.is_some() {
+                finer_brush(&settings)
+            } else {
+                finer_pass(&settings)
+            }
+        };
+        let checked: Vec<f64> = if let Some(radii) = &problem.radii {
+            let mut radii = radii.clone();
+            let settings = finer(problem.brushes[0].settings.clone());
+            let tell = |done: usize, of: usize| means.observer.done(done as f64 / of as f64);
+            radii.follow(
+                &settings,
+                &problem.fitted,
+                means.resources,
+                means.stop,
+                &tell,
+            )?;
+            radii.after(&problem.fitted, values, &radii.turns)
+        } else {
+            let settings = |point| {
+                let settings = problem.settings(&ToolPlace::of(point), values);
+                settings
+                    .map(finer)
+                    .map_err(|error| Interrupted::Failed(error.to_string()))
+            };
+            let settings = problem
+                .points
+                .iter()
+                .map(settings)
+                .collect::<Result<Vec<_>, _>>()?;
+            let study = Study::of_cases(settings);
+            let all: Vec<usize> = (0..study.case_count()).collect();
+            let results = Mutex::new(vec![None; all.len()]);
+            let done = |case: usize, result: CaseResult| {
+                results.lock()[case] = Some(result);
+                ControlFlow::Continue(())
+            };
+            simulate_cases(
+                &study,
+                &all,
+                means.resources,
+                means.stop,
+                Sampling::default(),
+                |_, _| {},
+                done,
+            )?;
+            let results = results.into_inner();
+            let of_point = |own: &Observation| match &results[own.point] {
+                Some(Ok(summary)) => Ok(forces_of(&summary.metrics)[own.force]),
+                Some(Err(error)) => Err(Interrupted::Failed(error.clone())),
+                None => Err(Interrupted::Stopped),
+            };
+            problem
+                .observations
+                .iter()
+                .map(of_point)
+                .collect::<Result<_, _>>()?
+        };
+        let changes = forces.iter().zip(&checked);
+        Ok(changes
+            .map(|(force, checked)| (force / checked - 1.0).abs())
+            .fold(0.0, f64::max))
     }
 
     /// The residual of an observation over its standard deviation, which is that of the residuals

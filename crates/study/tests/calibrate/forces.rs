@@ -10,7 +10,7 @@ use bristle_study::input::document::StatedBrush;
 use bristle_study::input::measured::{MeasuredPoint, Reading, Speed};
 use serde::Deserialize;
 
-use crate::fitted;
+use crate::{change_when_checked, fitted};
 
 /// The brush of the paper with few segments.
 fn brush() -> Settings {
@@ -112,6 +112,8 @@ fn exact_forces_give_the_settings_from_far_away() {
         "{}",
         found.chi_squared
     );
+    let change = change_when_checked(&found);
+    assert!(0.0 < change && change < 1e-3, "{change}");
     for (interval, truth) in found.intervals.iter().zip([2.1e9, 0.22]) {
         let [low, high] = interval.expect("it is determined");
         assert!(low < truth && truth < high, "{low} to {high}");

@@ -3,11 +3,25 @@
 mod forces;
 mod radii;
 
-use bristle_study::calibrate::Fitted;
+use bristle::simulation::Stop;
+use bristle_study::calibrate::{Calibration, Fitted, Means, Unwatched};
+use bristle_study::grid::Resources;
 
 /// The settings with these keys, within the bounds that they state.
 fn fitted(keys: &[&str]) -> Vec<Fitted> {
     keys.iter()
         .map(|key| Fitted::parse(key).expect("a setting"))
         .collect()
+}
+
+/// The largest change of what was fitted when it is simulated with more precision.
+fn change_when_checked(calibration: &Calibration) -> f64 {
+    let (stop, observer) = (Stop::default(), Unwatched);
+    let means = Means {
+        resources: Resources::default(),
+        stop: &stop,
+        observer: &observer,
+        starts: 0,
+    };
+    calibration.change_when_checked(means).expect("a check")
 }

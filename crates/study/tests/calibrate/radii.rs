@@ -11,7 +11,7 @@ use bristle_study::grid::Resources;
 use bristle_study::grid::removal::{Removal, remove};
 use bristle_study::input::measured::{Brushed, MeasuredRadius, Reading};
 
-use crate::fitted;
+use crate::{change_when_checked, fitted};
 
 const PRESTON: &str = "removal.preston_m2_n";
 const START: &str = "workpiece.edge_radius_m";
@@ -117,6 +117,8 @@ fn radii_give_their_coefficient_and_the_radius_at_the_start() {
     );
     // The passes of the calibration end at the largest radius, those of the removal beyond it.
     assert!(exact.chi_squared < 0.05, "{}", exact.chi_squared);
+    let change = change_when_checked(&exact);
+    assert!(0.0 < change && change < 1e-2, "{change}");
     let noisy = calibrated(brush(), &[PRESTON], radii(&brush(), 2e-6, 1.0));
     let error = noisy.standard_error(0);
     assert!(
