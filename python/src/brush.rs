@@ -113,7 +113,7 @@ impl SimulatedBrush {
             .collect()
     }
 
-    /// What was found in the result, as JSON.
+    /// Returns the findings about the result, as JSON.
     fn findings(&self) -> PyResult<String> {
         serde_json::to_string(&self.found()).map_err(of_settings)
     }

@@ -49,7 +49,7 @@ impl Input {
             .to_string_lossy()
     }
 
-    /// What the text states of a study besides its cases.
+    /// Returns the statement of the text besides its cases.
     pub fn statement(&self) -> PyResult<Statement> {
         Ok(Statement::of(&self.document()?, &self.short_name()))
     }

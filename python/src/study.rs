@@ -362,7 +362,7 @@ impl SimulatedStudy {
             .collect()
     }
 
-    /// What was found in the results, as JSON.
+    /// Returns the findings about the results, as JSON.
     fn findings(&self) -> PyResult<String> {
         serde_json::to_string(&of_study(&self.study, &self.results)).map_err(of_settings)
     }

@@ -1,4 +1,4 @@
-//! What a command of Bristle does, once for the program and for Python.
+//! Commands of Bristle, once for the program and for Python.
 //!
 //! [`run`] goes from settings to files. [`store`] keeps results, journals and checkpoints;
 //! [`insight`] judges results; [`report`] shows them as tables, figures and pages. Each uses only

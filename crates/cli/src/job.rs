@@ -14,7 +14,7 @@ use crate::pictures::{FIGURES, FigureArgs, is_picture};
 use crate::values::ResourceArgs;
 use crate::vtk_files::VTK;
 
-/// What every command that simulates an input file takes, with one meaning.
+/// Arguments of every command that simulates an input file, with one meaning.
 #[derive(Args)]
 pub struct JobArgs {
     #[command(flatten)]
@@ -44,7 +44,7 @@ pub struct JobArgs {
 }
 
 impl JobArgs {
-    /// What the input file states, without [brush] if filaments are to be alone.
+    /// Parses the input file, without [brush] if filaments are to be alone.
     pub fn document<'t>(&self, text: &'t InputText<'_>) -> Result<Document<'t>, CliError> {
         text.document_alone_if(self.alone)
     }

@@ -357,7 +357,7 @@ pub struct PassProgress {
     what: &'static str,
     /// The share that was done when it began.
     earlier: f64,
-    /// Whether it is told as JSON.
+    /// `true` if progress is JSON.
     json: bool,
     shown: Mutex<Shown>,
     lines: Option<Lines>,

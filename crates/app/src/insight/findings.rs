@@ -40,7 +40,7 @@ pub struct Outcome<'a> {
     pub metrics: &'a Metrics,
     /// The work of its pass; `None` of a brush that is no case of a study.
     pub statistics: Option<&'a Statistics>,
-    /// What a brush has beyond its metrics.
+    /// Results of a brush beyond its metrics.
     pub interaction: Option<&'a Interaction>,
 }
 
@@ -73,18 +73,18 @@ fn below(value: f64, limit: f64) -> Option<Judgement> {
     })
 }
 
-/// What can be found in a case.
+/// Judgement that can be made about a case.
 pub struct Rule {
     /// Its number.
     pub id: &'static str,
     /// The column or the setting that it judges.
     pub quantity: &'static str,
-    /// What it means and what to do, for `bristle explain`.
+    /// Meaning and remedy, for `bristle explain`.
     pub meaning: &'static str,
     judge: fn(&Case<'_>) -> Option<Judgement>,
     /// The statement about a value and its limit.
     statement: fn(f64, f64) -> String,
-    /// What to do about it in the case that is worst, and whether it is one of a study.
+    /// Remedy for the worst case; the last argument is `true` in a study.
     help: fn(&Case<'_>, Judgement, bool) -> Option<String>,
 }
 
@@ -93,7 +93,7 @@ pub struct Rule {
 pub struct Finding {
     /// The number of the rule.
     pub id: &'static str,
-    /// How much it matters: all of them are warnings.
+    /// Severity: all findings are warnings.
     pub severity: &'static str,
     /// The column or the setting that was judged.
     pub quantity: &'static str,
@@ -103,9 +103,9 @@ pub struct Finding {
     pub limit: f64,
     /// The rows of `runs.csv` in which it is so; empty of one contact or brush.
     pub rows: Vec<usize>,
-    /// What was found, in a sentence.
+    /// The finding in a sentence.
     pub statement: String,
-    /// What to do about it.
+    /// Remedy.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub help: Option<String>,
 }
@@ -411,7 +411,7 @@ impl Finding {
     }
 }
 
-/// What the rules find in one contact or brush.
+/// Applies the rules to one contact or brush.
 #[must_use]
 pub fn of_case(case: &Case<'_>) -> Vec<Finding> {
     let of_rule = |rule: &Rule| {
@@ -421,7 +421,7 @@ pub fn of_case(case: &Case<'_>) -> Vec<Finding> {
     RULES.iter().filter_map(of_rule).collect()
 }
 
-/// What the rules find in the cases of a study. The case that is worst of each rule stands for all;
+/// Applies the rules to the cases of a study. The case that is worst of each rule stands for all;
 /// of equal ones the first.
 #[must_use]
 pub fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Finding> {
@@ -510,12 +510,12 @@ pub fn without_interaction(settings: &Settings) -> Option<Finding> {
     of_case(&case).pop()
 }
 
-/// Whether filaments touch each other to an effect, although each is simulated alone.
+/// Returns `true` if filaments touch each other to an effect, although each is simulated alone.
 pub(crate) fn is_packed(settings: &Settings) -> bool {
     settings.brush.is_none() && tip_spacing(settings) < PACKED
 }
 
-/// Whether a case is laterally unstable. One that failed is not known to be.
+/// Returns `true` if a case is laterally unstable. One that failed is not known to be.
 #[must_use]
 pub fn is_unstable(result: &CaseResult) -> bool {
     result
@@ -523,12 +523,12 @@ pub fn is_unstable(result: &CaseResult) -> bool {
         .is_ok_and(|summary| summary.metrics.laterally_unstable)
 }
 
-/// Whether rows of the tool differ, since it is tilted.
+/// Returns `true` if rows of the tool differ, since it is tilted.
 fn is_posed(settings: &Settings) -> bool {
     settings.tool.tilt_rad() != 0.0 || settings.tool.skew_rad != 0.0
 }
 
-/// What contact between filaments is expected to do to the force.
+/// Expected effect of contact between filaments on the force.
 fn effect_of_neighbours(settings: &Settings) -> &'static str {
     let pass = Pass::new(settings);
     let [entry, exit] = pass.nominal_times();

@@ -61,7 +61,7 @@ impl Parts {
 }
 
 impl Quantity {
-    /// Whether it is the metric with a key.
+    /// Returns `true` for the metric with a key.
     #[must_use]
     pub fn is(&self, key: &str) -> bool {
         matches!(self.parts, Parts::Metric(column) if column.key == key)

@@ -84,7 +84,7 @@ pub struct Means<'a> {
 
 /// What a page shows besides results.
 pub struct Subject<'a> {
-    /// What the input file states besides settings.
+    /// Statement of the input file besides settings.
     pub statement: &'a Statement,
     /// The build that simulated the study.
     pub origin: &'a Origin,
@@ -234,7 +234,7 @@ impl StudyRun {
     /// keys and texts of the lines of a journal, which `read` passes on.
     ///
     /// # Errors
-    /// That of `read`, or if a result cannot be written to the journal here.
+    /// Passes on the error of `read`; fails if a result cannot be written to the journal here.
     pub fn take_all<R, E>(
         &mut self,
         read: impl FnOnce(&mut dyn FnMut(Key, &str)) -> Result<R, E>,
@@ -353,7 +353,7 @@ impl StudyRun {
     }
 }
 
-/// What a directory was like when a study began there.
+/// State of a directory when a study began there.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Found {
     /// The journal.

@@ -66,13 +66,13 @@ static SEED: LazyLock<&str> = LazyLock::new(|| {
     &HEADER[end - CHECK_DIGITS..end]
 });
 
-/// How every header begins, whatever its format. That of format 1 named the study.
+/// Beginning of every header, whatever its format. Format 1 named the study.
 const BEGINNING: &str = r#"{"journal":"bristle"#;
 const FORMAT_KEY: &str = r#"","format":"#;
 /// A longer line was not written by this program.
 const MAX_LINE_BYTES: usize = 64 << 20;
 
-/// What can be wrong with a journal.
+/// Reasons why a journal cannot be read.
 #[derive(Debug, Error)]
 pub enum JournalError {
     /// It has no header.
@@ -153,7 +153,7 @@ struct Line<'a, T> {
     result: &'a T,
 }
 
-/// What each line has, whatever its result.
+/// Key of a line, whatever its result.
 #[derive(Deserialize)]
 struct Keyed<'l> {
     key: &'l str,
@@ -275,7 +275,7 @@ pub struct StudyKeys {
     keys: Vec<Key>,
     /// The cases of each key: several if cases have the same settings.
     cases: HashMap<Key, Vec<usize>>,
-    /// Whether only results that were checked count.
+    /// `true` if only results that were checked count.
     checks: bool,
 }
 

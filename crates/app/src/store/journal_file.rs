@@ -72,12 +72,12 @@ struct Written {
     error: Option<io::Error>,
 }
 
-/// What happened to the journal of an earlier command when it was opened.
+/// State of the journal of an earlier command when it was opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Opened {
     /// Length in bytes of an incomplete last line, which has been dropped.
     pub torn: u64,
-    /// Whether a restart has discarded its contents.
+    /// `true` if a restart has discarded its contents.
     pub discarded: bool,
 }
 

@@ -17,7 +17,7 @@ pub struct Previous {
 }
 
 impl Previous {
-    /// That of a directory of results.
+    /// Creates that of a directory of results.
     #[must_use]
     pub fn of(directory: &Path) -> Self {
         Self {

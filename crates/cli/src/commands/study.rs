@@ -264,19 +264,19 @@ fn status(failed: usize) -> ExitCode {
     }
 }
 
-/// What ends a study, once its directory is open.
+/// Final stage of a study, once its directory is open.
 pub struct Conclusion<'a> {
     /// The directory.
     pub out: &'a Path,
-    /// What the input file states besides settings.
+    /// Statement of the input file besides settings.
     pub statement: &'a Statement,
     /// The forces with which it is compared.
     pub measured: &'a [Measurement],
     /// Which figures are drawn.
     pub figures: &'a Figures,
-    /// What simulations may use.
+    /// Threads and memory of simulations.
     pub resources: Resources,
-    /// Whether stdout is for programs.
+    /// `true` if stdout has JSON for programs.
     pub json: bool,
     /// Which tables are shown.
     pub tables: &'a TableArgs,

@@ -288,7 +288,7 @@ impl Study {
         case / (self.case_count / self.tools.len())
     }
 
-    /// Whether the cases of another study are the same, in the same order.
+    /// Returns `true` if another study has the same cases in the same order.
     #[must_use]
     pub fn has_cases_of(&self, other: &Self) -> bool {
         self.case_count == other.case_count

@@ -1,12 +1,12 @@
-//! What an input file states of a study besides its cases.
+//! Contents of an input file besides its cases: title, goal, defaults.
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::input::document::Document;
 
-/// What is stored with the results of a study, so that they can be shown and judged without the
-/// input file.
+/// Contents of an input file that are stored with results, so that they can be shown and judged
+/// without it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Statement {
     /// The name of the input file, for titles.
@@ -18,7 +18,7 @@ pub struct Statement {
     pub defaults: Vec<Defaults>,
 }
 
-/// What the settings of a tool owe to defaults.
+/// Settings of a tool that come from defaults or from its material.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Defaults {
     /// Paths of the settings that decide the force and are not stated.

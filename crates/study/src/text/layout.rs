@@ -113,10 +113,10 @@ pub fn wrap_beside(width: usize, text: &mut String, row: &str, words: &str) {
 /// A warning of results that are not what they seem.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Warning {
-    /// What it is looked up and silenced by; empty if it is not.
+    /// Id of a finding; empty of other warnings.
     id: &'static str,
     statement: String,
-    /// What to do about it, and the line to add to the input file for that, which may be empty.
+    /// Remedy, and the line to add to the input file for it, which may be empty.
     help: Option<(String, String)>,
 }
 
@@ -130,7 +130,7 @@ impl Warning {
         }
     }
 
-    /// The same warning, with an id.
+    /// Returns the warning with an id.
     #[must_use]
     pub fn with_id(self, id: &'static str) -> Self {
         Self { id, ..self }

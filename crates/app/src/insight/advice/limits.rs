@@ -62,7 +62,7 @@ impl Limits {
             .map_err(|error| AdviceError(format!("the goal cannot be read: {error}")))
     }
 
-    /// Whether nothing is asked for.
+    /// Returns `true` if nothing is asked for.
     #[must_use]
     pub fn asks_nothing(&self) -> bool {
         *self == Self::default()

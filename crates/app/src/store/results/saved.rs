@@ -65,7 +65,7 @@ pub struct SavedStudy {
     pub study: Study,
     /// The build that simulated it.
     pub origin: Origin,
-    /// What its input file states besides.
+    /// Statement of its input file.
     pub statement: Statement,
     /// Whether its directory also has measured forces.
     pub measured: bool,
@@ -74,7 +74,7 @@ pub struct SavedStudy {
 }
 
 impl SavedStudy {
-    /// Whether it is a shard, whose results are in its journal only.
+    /// Returns `true` for a shard, whose results are in its journal only.
     #[must_use]
     pub fn is_shard(&self) -> bool {
         self.runs.is_empty()
@@ -101,7 +101,7 @@ struct StudyFile {
     /// What is unusual about the settings, in sentences.
     warnings: Vec<String>,
     statement: Statement,
-    /// What was found in the results.
+    /// Findings about the results.
     findings: Vec<Value>,
     /// Hash of all other keys: figures and advice would show results of other settings if one of
     /// these were changed.

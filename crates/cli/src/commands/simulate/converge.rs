@@ -1,4 +1,4 @@
-//! How many segments and which tolerance a contact needs.
+//! Convergence of a contact over segments and tolerance.
 
 use std::io;
 use std::process::ExitCode;

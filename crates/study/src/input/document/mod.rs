@@ -378,7 +378,7 @@ impl<'t> Document<'t> {
         self.build(None, &[]).map(|built| built.settings)
     }
 
-    /// Whether the file sweeps settings, or compares tools.
+    /// Returns `true` if the file sweeps settings, or compares tools.
     #[must_use]
     pub fn has_study(&self) -> bool {
         !self.sweeps.is_empty() || !self.tools.is_empty()
