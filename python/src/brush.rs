@@ -6,7 +6,7 @@ use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions};
 use bristle::model::settings::Settings;
 use bristle::simulation::Stop;
 use bristle_app::insight::assumptions::Assumptions;
-use bristle_app::insight::findings::{Case, Finding, Outcome, of_case};
+use bristle_app::insight::findings::{Finding, JudgedCase, JudgedResult, judge_case};
 use bristle_app::report::figures::Brush;
 use bristle_app::report::page::{Notes, brush_page};
 use bristle_app::store::checkpoint::{state_bytes, state_of};
@@ -82,10 +82,10 @@ pub fn brush(
 
 impl SimulatedBrush {
     fn found(&self) -> Vec<Finding> {
-        of_case(&Case {
+        judge_case(&JudgedCase {
             settings: &self.settings,
             asked_n: None,
-            outcome: Some(Outcome {
+            outcome: Some(JudgedResult {
                 metrics: &self.result.tool,
                 statistics: None,
                 interaction: Some(&Interaction::of(&self.result)),

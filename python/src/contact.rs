@@ -7,7 +7,7 @@ use bristle::simulation::{
     ProfileCell, Sample, Sampling, Shape, Simulation, Statistics, Stop, simulate_places,
 };
 use bristle_app::insight::assumptions::Assumptions;
-use bristle_app::insight::findings::{Case, Finding, Outcome, of_case};
+use bristle_app::insight::findings::{Finding, JudgedCase, JudgedResult, judge_case};
 use bristle_app::report::page::{Recorder, page};
 use bristle_app::store::results::{
     read_history, read_profile, write_history, write_metrics, write_profile,
@@ -100,10 +100,10 @@ impl Simulated {
 impl Simulated {
     fn found(&self) -> Vec<Finding> {
         let metrics = &self.simulation.metrics;
-        of_case(&Case {
+        judge_case(&JudgedCase {
             settings: &self.settings.at_depth(metrics.penetration_depth_m),
             asked_n: self.settings.process.tool_force_n,
-            outcome: Some(Outcome {
+            outcome: Some(JudgedResult {
                 metrics,
                 statistics: Some(&self.simulation.statistics),
                 interaction: None,

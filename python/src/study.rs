@@ -13,7 +13,7 @@ use bristle::model::settings::Settings;
 use bristle::simulation::{Statistics, Stop};
 use bristle_app::insight::advice::{Limits, advise};
 use bristle_app::insight::assumptions::Assumptions;
-use bristle_app::insight::findings::of_study;
+use bristle_app::insight::findings::judge_study;
 use bristle_app::report::page::Recorder;
 use bristle_app::run::{Means, Observer, RunError, StudyRun, Subject, TakeError, page_of};
 use bristle_app::store::journal;
@@ -356,7 +356,7 @@ impl SimulatedStudy {
 
     /// What the program warns of.
     fn warnings(&self) -> Vec<String> {
-        of_study(&self.study, &self.results)
+        judge_study(&self.study, &self.results)
             .iter()
             .map(|finding| finding.warning().plain())
             .collect()
@@ -364,7 +364,7 @@ impl SimulatedStudy {
 
     /// Returns the findings about the results, as JSON.
     fn findings(&self) -> PyResult<String> {
-        serde_json::to_string(&of_study(&self.study, &self.results)).map_err(of_settings)
+        serde_json::to_string(&judge_study(&self.study, &self.results)).map_err(of_settings)
     }
 
     /// Writes the page.
@@ -381,6 +381,7 @@ impl SimulatedStudy {
                 assumptions: &assumptions,
                 answer: None,
                 measured: &[],
+                findings: &[],
             };
             let page = page_of(recorder, &self.study, &self.results, &subject, None, &stop);
             let (page, _) = page.map_err(of_run)?;

@@ -67,6 +67,8 @@ pub struct Progress {
     state: Mutex<Tally>,
     /// The cases that are simulated here, for their rate. It is not shown.
     simulated: ProgressBar,
+    /// Lines while the recommendation is simulated.
+    waiting: Mutex<Option<Waiting>>,
     output: Output,
 }
 
@@ -137,6 +139,7 @@ impl Progress {
             begun,
             state: Mutex::new(state),
             simulated: ProgressBar::hidden(),
+            waiting: Mutex::new(None),
             output,
         };
         progress.tell(&mut progress.state());
@@ -224,9 +227,15 @@ impl Observer for Progress {
     }
 
     fn answering(&self) {
-        if !matches!(self.output, Output::Json) {
+        let json = matches!(self.output, Output::Json);
+        if !json {
             terminal::say("simulating the recommendation");
         }
+        *self.waiting.lock() = Some(Waiting::begin(RECOMMENDING, json));
+    }
+
+    fn answered(&self) {
+        self.waiting.lock().take();
     }
 
     fn ended(&self) {
@@ -448,6 +457,9 @@ impl PassProgress {
         bar.set_message(left);
     }
 }
+
+/// Words of the lines while a recommendation is simulated.
+pub const RECOMMENDING: &str = "the recommendation is being simulated";
 
 /// Lines now and then while something takes long that does not tell how far it is.
 pub struct Waiting {

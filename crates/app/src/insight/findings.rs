@@ -24,18 +24,18 @@ use serde::Serialize;
 
 /// One case as rules see it.
 #[derive(Clone, Copy)]
-pub struct Case<'a> {
+pub struct JudgedCase<'a> {
     /// Its settings, at the depth that was found if they state a force.
     pub settings: &'a Settings,
     /// The force in N that was asked for in place of a depth.
     pub asked_n: Option<f64>,
     /// Its result; `None` if it failed.
-    pub outcome: Option<Outcome<'a>>,
+    pub outcome: Option<JudgedResult<'a>>,
 }
 
 /// The result of a case.
 #[derive(Clone, Copy)]
-pub struct Outcome<'a> {
+pub struct JudgedResult<'a> {
     /// Its metrics.
     pub metrics: &'a Metrics,
     /// The work of its pass; `None` of a brush that is no case of a study.
@@ -81,11 +81,11 @@ pub struct Rule {
     pub quantity: &'static str,
     /// Meaning and remedy, for `bristle explain`.
     pub meaning: &'static str,
-    judge: fn(&Case<'_>) -> Option<Judgement>,
+    judge: fn(&JudgedCase<'_>) -> Option<Judgement>,
     /// The statement about a value and its limit.
     statement: fn(f64, f64) -> String,
     /// Remedy for the worst case; the last argument is `true` in a study.
-    help: fn(&Case<'_>, Judgement, bool) -> Option<String>,
+    help: fn(&JudgedCase<'_>, Judgement, bool) -> Option<String>,
 }
 
 /// A rule that has found something.
@@ -413,7 +413,7 @@ impl Finding {
 
 /// Applies the rules to one contact or brush.
 #[must_use]
-pub fn of_case(case: &Case<'_>) -> Vec<Finding> {
+pub fn judge_case(case: &JudgedCase<'_>) -> Vec<Finding> {
     let of_rule = |rule: &Rule| {
         let judgement = (rule.judge)(case)?;
         Some(found(rule, case, judgement, Vec::new(), String::new()))
@@ -424,20 +424,20 @@ pub fn of_case(case: &Case<'_>) -> Vec<Finding> {
 /// Applies the rules to the cases of a study. The case that is worst of each rule stands for all;
 /// of equal ones the first.
 #[must_use]
-pub fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Finding> {
+pub fn judge_study(study: &Study, results: &[CaseResult]) -> Vec<Finding> {
     let settings: Vec<Settings> = results
         .iter()
         .enumerate()
         .map(|(case, result)| study.settings_found(case, result))
         .collect();
-    let cases: Vec<Case<'_>> = settings
+    let cases: Vec<JudgedCase<'_>> = settings
         .iter()
         .zip(results)
         .enumerate()
-        .map(|(case, (settings, result))| Case {
+        .map(|(case, (settings, result))| JudgedCase {
             settings,
             asked_n: study.settings(case).process.tool_force_n,
-            outcome: result.as_ref().ok().map(|summary| Outcome {
+            outcome: result.as_ref().ok().map(|summary| JudgedResult {
                 metrics: &summary.metrics,
                 statistics: Some(&summary.statistics),
                 interaction: summary.brush.as_ref(),
@@ -481,7 +481,7 @@ pub fn of_study(study: &Study, results: &[CaseResult]) -> Vec<Finding> {
 
 fn found(
     rule: &Rule,
-    case: &Case<'_>,
+    case: &JudgedCase<'_>,
     judgement: Judgement,
     rows: Vec<usize>,
     in_words: String,
@@ -502,12 +502,12 @@ fn found(
 /// The finding about filaments that touch each other, where each is simulated alone.
 #[must_use]
 pub fn without_interaction(settings: &Settings) -> Option<Finding> {
-    let case = Case {
+    let case = JudgedCase {
         settings,
         asked_n: None,
         outcome: None,
     };
-    of_case(&case).pop()
+    judge_case(&case).pop()
 }
 
 /// Returns `true` if filaments touch each other to an effect, although each is simulated alone.
@@ -541,7 +541,7 @@ fn effect_of_neighbours(settings: &Settings) -> &'static str {
 }
 
 /// The judgement about an edge whose penetration is not small against its radius.
-fn deep_edge(case: &Case<'_>) -> Option<Judgement> {
+fn deep_edge(case: &JudgedCase<'_>) -> Option<Judgement> {
     let penetration = case.outcome?.metrics.max_edge_penetration_m;
     if penetration == 0.0 {
         return None;
@@ -662,10 +662,10 @@ mod tests {
     }
 
     fn told(settings: &Settings, asked_n: Option<f64>, metrics: &Metrics) -> Vec<Finding> {
-        of_case(&Case {
+        judge_case(&JudgedCase {
             settings,
             asked_n,
-            outcome: Some(Outcome {
+            outcome: Some(JudgedResult {
                 metrics,
                 statistics: None,
                 interaction: None,
@@ -807,10 +807,10 @@ mod tests {
             energy_residual: 11.0 * tolerance,
             ..Interaction::default()
         };
-        let found = of_case(&Case {
+        let found = judge_case(&JudgedCase {
             settings: &settings,
             asked_n: None,
-            outcome: Some(Outcome {
+            outcome: Some(JudgedResult {
                 metrics: &Metrics::default(),
                 statistics: Some(&statistics),
                 interaction: Some(&interaction),
@@ -836,10 +836,10 @@ mod tests {
         let velocities = Sweep::list(velocities, vec![10.0, 30.0, 25.0, 20.0]).expect("right");
         let study = Study::new(sparse(10.0), vec![velocities]).expect("right");
         let failed = vec![Err("failed".to_owned()); 4];
-        assert_eq!(of_study(&study, &failed), []);
+        assert_eq!(judge_study(&study, &failed), []);
         let results = [Metrics::default(), Metrics::default(), Metrics::default()].map(result);
         let results = [results.as_slice(), &failed[..1]].concat();
-        let found = of_study(&study, &results);
+        let found = judge_study(&study, &results);
         assert_eq!((ids(&found), &found[0].rows), (vec!["B008"], &vec![2, 3]));
         assert!(
             found[0]
@@ -868,7 +868,7 @@ mod tests {
                 limit: 0.111_111,
                 excess: 1.1,
             };
-            let case = Case {
+            let case = JudgedCase {
                 settings: &settings,
                 asked_n: None,
                 outcome: None,

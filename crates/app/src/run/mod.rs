@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 use crate::insight::advice::Answer;
 use crate::insight::assumptions::Assumptions;
-use crate::insight::findings::of_study;
+use crate::insight::findings::{Finding, judge_study};
 use crate::insight::measured::{Comparison, compare};
 use crate::report::page::{Recorder, page};
 #[cfg(feature = "parquet")]
@@ -47,6 +47,9 @@ pub trait Observer: Sync {
 
     /// The recommendation for what the file asks for is simulated.
     fn answering(&self) {}
+
+    /// That is done, or there is nothing to answer.
+    fn answered(&self) {}
 }
 
 /// Why a study has no results.
@@ -94,6 +97,8 @@ pub struct Subject<'a> {
     pub answer: Option<&'a Answer>,
     /// The forces with which the study is compared.
     pub measured: &'a [Measurement],
+    /// Findings about the results.
+    pub findings: &'a [Finding],
 }
 
 /// The directory where results go.
@@ -125,6 +130,8 @@ pub struct Finished {
     pub answer: Option<Answer>,
     /// How measured forces compare.
     pub comparisons: Vec<Comparison>,
+    /// Findings about the results.
+    pub findings: Vec<Finding>,
     /// The files that were written.
     pub files: Vec<PathBuf>,
 }
@@ -320,6 +327,8 @@ impl StudyRun {
             })
         };
         let answer = statement.goal.as_ref().map(answered).transpose()?;
+        observer.answered();
+        let findings = judge_study(&study, &results);
         let (files, comparisons) = match &output {
             Some(Output { directory, .. }) => {
                 let (origin, answer) = (&Origin::here(), answer.as_ref());
@@ -329,6 +338,7 @@ impl StudyRun {
                     assumptions: &assumptions,
                     answer,
                     measured,
+                    findings: &findings,
                 };
                 publish(
                     directory,
@@ -348,6 +358,7 @@ impl StudyRun {
             assumptions,
             answer,
             comparisons,
+            findings,
             files,
         })
     }
@@ -499,7 +510,8 @@ pub fn publish(
         }
         Ok(staged)
     };
-    let findings: Vec<Value> = of_study(study, results)
+    let findings: Vec<Value> = subject
+        .findings
         .iter()
         .map(|finding| serde_json::to_value(finding).expect("findings have a form in JSON"))
         .collect();

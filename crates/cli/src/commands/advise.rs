@@ -9,7 +9,7 @@ use bristle_study::grid::VELOCITY;
 use clap::Args;
 
 use crate::error::CliError;
-use crate::progress::Waiting;
+use crate::progress::{RECOMMENDING, Waiting};
 use crate::saved::saved_study;
 use crate::terminal::{print, say, show, width};
 use crate::values::{ThreadArgs, parse_if, parse_positive, parse_setting};
@@ -112,7 +112,7 @@ pub fn run(arguments: &AdviseArgs) -> Result<(), CliError> {
             say("simulating the recommendation; --no-verify leaves this out");
         }
         // Its lines show that the program is at work.
-        let _progress = Waiting::begin("the recommendation is being simulated", arguments.json);
+        let _progress = Waiting::begin(RECOMMENDING, arguments.json);
         advice
             .verify(arguments.threads.number(), &Stop::default())
             .map_err(CliError::Threads)?;

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use bristle::simulation::Stop;
 use bristle_app::insight::assumptions::Assumptions;
+use bristle_app::insight::findings::judge_study;
 use bristle_app::insight::joined::{Joined, NamedStudy, join};
 use bristle_app::report::figures::is_of_study;
 use bristle_app::report::page::Recorder;
@@ -168,6 +169,7 @@ fn compare(arguments: &ReportArgs, out: &Path, figures: &Figures) -> Result<(), 
         assumptions: &Assumptions::default(),
         answer: None,
         measured: &measured,
+        findings: &judge_study(&study, &results),
     };
     let threads = arguments.resources.resources().threads;
     let (files, comparisons) = publish(

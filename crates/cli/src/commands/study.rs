@@ -6,7 +6,6 @@ use std::process::{self, ExitCode};
 
 use bristle::simulation::Stop;
 use bristle_app::insight::advice::Limits;
-use bristle_app::insight::findings::of_study;
 use bristle_app::insight::measured::unusual_points;
 use bristle_app::report::figures::is_of_study;
 use bristle_app::report::tables::{study_tables, tools_table};
@@ -313,6 +312,7 @@ impl Conclusion<'_> {
             assumptions,
             answer,
             comparisons,
+            findings,
             files,
         } = run.finish(statement, measured, &means)?;
         let drawn = draw_study(
@@ -342,7 +342,7 @@ impl Conclusion<'_> {
                 })
                 .and_then(|()| say_drawn(&drawn, &comparisons))
         };
-        let findings = told(of_study(&study, &results), ignored);
+        let findings = told(findings, ignored);
         let shown = shown.and(progress.summarise(&files, &findings));
         let failed = tell_failures(&results);
         if study.checks() {

@@ -23,7 +23,7 @@ use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
 use bristle::simulation::Stop;
 use bristle_app::insight::assumptions::Assumptions;
-use bristle_app::insight::findings::{Case, Outcome, of_case};
+use bristle_app::insight::findings::{JudgedCase, JudgedResult, judge_case};
 use bristle_app::report::figures::{Brush, brush_figures};
 use bristle_app::report::page::{Notes, brush_page};
 use bristle_app::report::tables::{band_line, brush_table};
@@ -115,10 +115,10 @@ fn simulate_and_write(
         unusual: &unusual,
         assumptions: &assumptions,
     };
-    let findings = job.told(of_case(&Case {
+    let findings = job.told(judge_case(&JudgedCase {
         settings: &settings,
         asked_n: force_n,
-        outcome: Some(Outcome {
+        outcome: Some(JudgedResult {
             metrics: &metrics,
             statistics: None,
             interaction: Some(&Interaction::of(&result)),

@@ -15,7 +15,7 @@ use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, Sampling, Shape, Stop, simulate_places};
 use bristle_app::insight::assumptions::Assumptions;
-use bristle_app::insight::findings::{Case, Outcome, of_case};
+use bristle_app::insight::findings::{JudgedCase, JudgedResult, judge_case};
 use bristle_app::report::figures::drawn_shapes;
 #[cfg(feature = "parquet")]
 use bristle_app::report::parquet::write_history_parquet;
@@ -149,10 +149,10 @@ pub fn run(
         &figures,
         is_of_simulation,
     )?;
-    let findings = job.told(of_case(&Case {
+    let findings = job.told(judge_case(&JudgedCase {
         settings: &contact.settings,
         asked_n: force_n,
-        outcome: Some(Outcome {
+        outcome: Some(JudgedResult {
             metrics: &simulation.metrics,
             statistics: Some(&simulation.statistics),
             interaction: None,
