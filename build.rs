@@ -21,11 +21,11 @@ use bristle_codegen::ir::kernel::Kernel;
 use bristle_codegen::ir::special::{SERIES, SERIES_LIMIT, TERMS};
 use bristle_codegen::model::kernels::kernels;
 
-/// The derivation in CasADi.
+/// Derivation in CasADi.
 const SCRIPT: &str = "derivations/segment_chain.py";
-/// The packages that it needs.
+/// Python packages that [`SCRIPT`] needs.
 const REQUIREMENTS: &str = "derivations/requirements.txt";
-/// Everything that its graph depends on, except Python itself.
+/// Files on which its graph depends, except Python itself.
 const SOURCES: [&str; 3] = [SCRIPT, "derivations/graph_format.py", REQUIREMENTS];
 
 fn main() -> ExitCode {
@@ -87,7 +87,7 @@ fn generate() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The power series of the spring's energy and its derivatives, as Rust constants.
+/// Returns the power series of the spring's energy and its derivatives as Rust constants.
 fn series() -> String {
     // `Debug` prints the fewest digits that read back as the same number.
     format!(
@@ -101,23 +101,23 @@ fn series() -> String {
     )
 }
 
-/// The packages whose versions affect results.
+/// Packages whose versions affect results.
 const NUMERICAL_PACKAGES: [&str; 3] = ["fastrand", "pulp", "spec_math"];
 
-/// A hash of the code that turns settings into metrics. The journal of a study uses it to detect
-/// results of another build.
+/// Returns a hash of the code that turns settings into metrics. The journal of a study uses it to
+/// detect results of another build.
 ///
-/// The version alone does not change during development. How the kernels were made does not matter:
-/// they are hashed themselves.
+/// The version alone does not change during development. The engine does not matter: the kernels
+/// themselves are hashed.
 fn solver_fingerprint(generated: &[&str]) -> Result<String, Box<dyn Error>> {
     let code = code("src", "Cargo.lock", &NUMERICAL_PACKAGES)?;
     Ok(digest((generated.concat() + &code).as_bytes()))
 }
 
-/// States at which the kernels are compared with the built-in ones.
+/// Number of states at which the kernels are compared with the built-in ones.
 const STATES: usize = 20;
 
-/// The value of an environment variable, if it is set.
+/// Returns an environment variable, `None` if it is not set.
 fn variable(name: &str) -> Result<Option<String>, String> {
     match env::var(name) {
         Ok(value) => Ok(Some(value)),
@@ -126,10 +126,10 @@ fn variable(name: &str) -> Result<Option<String>, String> {
     }
 }
 
-/// The kernels as CasADi derives them, and the name of their generator.
+/// Returns the kernels that CasADi derives, and the name of their generator.
 ///
-/// The graph is stored under a hash of everything that it depends on, so that an unchanged
-/// derivation is not run again.
+/// The graph is stored under a hash of its inputs, so that an unchanged derivation is not run
+/// again.
 fn casadi_kernels(directory: &Path) -> Result<(Vec<Kernel>, String), Box<dyn Error>> {
     for input in SOURCES {
         println!("cargo::rerun-if-changed={input}");

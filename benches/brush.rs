@@ -1,8 +1,8 @@
-//! `cargo bench --bench brush [-- row cases space whole]`: how long brushes take whose filaments
-//! touch each other, as one table.
+//! Times of brushes whose filaments touch, as one table:
+//! `cargo bench --bench brush [-- row cases space whole]`.
 //!
-//! Each simulation is timed once, or as the least of a few if it takes seconds. Ratios are of the
-//! same run.
+//! Each simulation runs once, or a few times if it takes seconds; the shortest time counts. Both
+//! times of a ratio are of the same run.
 
 use std::collections::BTreeSet;
 use std::env;
@@ -33,7 +33,7 @@ fn main() {
     }
 }
 
-/// The paper's brush at so many filaments around, with so many rows at equal pitch.
+/// The paper's brush with `around` filaments around the tool, in `rows` rows at equal pitch.
 fn brush(around: f64, rows: usize, columns: Option<usize>) -> Settings {
     let mut settings = Settings::paper(10.0, 1e-3);
     settings.tool.filament_count = around * rows as f64;
@@ -50,7 +50,7 @@ fn brush(around: f64, rows: usize, columns: Option<usize>) -> Settings {
     settings
 }
 
-/// The same with friction between filaments.
+/// Adds friction between filaments, µ = 0.3.
 fn rubbing(mut settings: Settings) -> Settings {
     settings
         .brush
@@ -60,7 +60,7 @@ fn rubbing(mut settings: Settings) -> Settings {
     settings
 }
 
-/// Simulates the same several times, prints the least time, and returns it in s.
+/// Simulates a brush several times, prints the shortest time, and returns it in s.
 fn time(name: &str, times: usize, settings: &Settings, threads: usize) -> (f64, BrushResult) {
     let runs = (0..times).map(|_| {
         let start = Instant::now();
@@ -117,7 +117,7 @@ fn row() {
     );
 }
 
-/// The 120 cases of the paper, each a row long enough for its steady stretch, on all threads.
+/// Times the 120 cases of the paper on all threads, each a row long enough for its steady stretch.
 fn cases() {
     let cases: Vec<Settings> = (1..=12)
         .flat_map(|i| (1..=10).map(move |j| (2.5 * f64::from(i), 0.5e-3 * f64::from(j))))
@@ -155,7 +155,7 @@ fn cases() {
     );
 }
 
-/// 8 rows of 80 columns in space.
+/// Times 8 rows of 80 columns in space.
 fn space() {
     let mut tilted = brush(680.0, 8, Some(80));
     tilted.brush.as_mut().expect("a brush").lateral_tilt_std_rad = 1e-3;
@@ -180,7 +180,7 @@ fn space() {
     }
 }
 
-/// The whole brush, each filament with a length of its own, for one turn.
+/// Times the whole brush for one turn, each filament with a length of its own.
 fn whole() {
     let mut settings = Settings::paper(10.0, 1e-3);
     let brush = BrushSettings {
@@ -199,7 +199,7 @@ fn whole() {
     );
 }
 
-/// In MB, where the system tells.
+/// Peak memory in MB, where the system reports it.
 fn peak_memory() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status

@@ -1,1 +1,1 @@
-//! Nothing: the benchmarks and `peers/` use the other crates.
+//! Empty: the benchmarks and `peers/` use the other crates.

@@ -1,11 +1,11 @@
-"""What Python costs: contacts and batches of accelerations, from Python and in Rust.
+"""Cost of Python: contacts and batches of accelerations, from Python and in Rust.
 
     pip install ./python
     python benches/python.py
 
 Measurements alternate between Python and the process of `benches/python.rs`, so that
-both meet the same load, in runs of a few: the first of each finds cold caches. The
-shortest times are shown.
+both meet the same load. Each turn has a few runs, since the first one finds cold caches.
+The shortest times are shown.
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ class Rust:
         )
 
     def seconds(self, what: str) -> float:
-        """The time that it takes once, in s."""
+        """Returns the time of one run, in s."""
         assert self._process.stdin is not None and self._process.stdout is not None
         print(what, file=self._process.stdin, flush=True)
         return float(self._process.stdout.readline())
 
 
 def seconds(work: Callable[[], object]) -> float:
-    """The time that a call takes, in s."""
+    """Returns the time of a call, in s."""
     begun = time.perf_counter()
     work()
     return time.perf_counter() - begun

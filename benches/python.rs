@@ -1,5 +1,5 @@
-//! Rust's side of `benches/python.py`: for each line of stdin, `contact`, `shortest` or `batch`, a
-//! line with the time that it takes once, in s.
+//! Rust's side of `benches/python.py`. Each line of stdin is `contact`, `shortest` or `batch`; the
+//! answer is a line with the time of one run, in s.
 
 use std::error::Error;
 use std::hint::black_box;

@@ -1,7 +1,7 @@
 """Cases of the reference files: tool, filament, workpiece and process of each, as data.
 
-`GROUPS` has the cases of every file. `Case` also has what follows from a case without mechanics:
-the pose of the tool, angles and times of a pass, and where the workpiece lies.
+`GROUPS` has the cases of every file. `Case` also derives all that needs no mechanics: the pose of
+the tool, angles and times of a pass, and the place of the workpiece.
 
 SI units, angles in radians. Frames are those of MODEL.md.
 """
@@ -28,14 +28,14 @@ CONTACT_STIFFNESS_N_M = 1e5
 REGULARISATION_M_S = 1e-3
 LEAD_ANGLE_RAD = 0.005
 TAIL_ANGLE_RAD = 0.15
-# Between filaments: the default, and Hertz's value E/(4 (1 − ν²)) with ν = 0.4.
+# Stiffness between filaments: the default, and Hertz's value E/(4 (1 − ν²)) with ν = 0.4.
 LINE_STIFFNESS_N_M2, HERTZ_STIFFNESS_N_M2 = 6e7, 9e8
 
 # Number of segments up to which each node presses with the whole stiffness.
 WHOLE_STIFFNESS_SEGMENTS = 25
-# A convex arc with a radius of at least so many segments is a face.
+# Radius in segments from which a convex arc is a face.
 SEGMENTS_OF_FACE = 5
-# Turns in which the filament touches all the time, at most.
+# Maximum number of turns in which the filament touches all the time.
 MAX_TURNS = 50
 RIGHT = math.pi / 2
 
@@ -56,7 +56,7 @@ class State:
 
 @dataclass(frozen=True)
 class Filament:
-    """The paper's filament unless told; straight and uniform."""
+    """A filament; by default the paper's, straight and uniform."""
 
     segments: int = 25
     length_m: float = LENGTH_M
@@ -114,7 +114,7 @@ class Filament:
     def damping_time_s(self) -> float:
         """Damping over stiffness of a joint, 2 ζ / Ω_1.
 
-        Ω_1 is that of the clamped beam, by the method of Ritz with polynomials up to degree 15.
+        Ω_1 is the frequency of the clamped beam, by Ritz's method with polynomials up to degree 15.
         """
         legendre = [Legendre.basis(i, [0.0, 1.0]).convert(kind=Polynomial) for i in range(14)]
         functions = [Polynomial.basis(2) * each for each in legendre]
@@ -144,7 +144,7 @@ class Filament:
         return np.arcsin(np.diff(across) / self.segment_m)
 
     def inputs(self) -> dict[str, object]:
-        """Returns the keys of the input file that make the filament what it is."""
+        """Returns the filament in the keys of the input file."""
         keys = ["segments", "tip_diameter_m", "waviness_amplitude_m"]
         if self.waviness_amplitude_m > 0.0:
             keys += ["waviness_length_m", "waviness_phase_rad"]
@@ -178,17 +178,17 @@ class Workpiece:
     control_points_m: tuple[tuple[float, float], ...] = ()
 
     def inputs(self) -> dict[str, object]:
-        """Returns the keys of the input file that make the workpiece what it is."""
+        """Returns the workpiece in the keys of the input file."""
         return {key: getattr(self, key) for key in ("kind", *WORKPIECE_KEYS[self.kind])}
 
 
 @dataclass(frozen=True)
 class Brush:
-    """Filaments that touch, as the input file's [brush] describes them, and how many are around.
+    """Filaments that touch, as the input file's [brush] describes them, and their number around.
 
     Each column is behind the one before, and by `along_m` farther along the tool's axis. Friction
-    between filaments acts half-way between their centrelines, where the surfaces meet, or in
-    another reading of the model at the points on the centrelines.
+    between filaments acts half-way between their centrelines, where the surfaces meet. In another
+    reading of the model it acts at the points on the centrelines.
     """
 
     columns: int
@@ -216,7 +216,7 @@ class Brush:
         }
 
 
-# A filament of the paper's brush that nothing else touches.
+# A filament of the paper's brush without neighbours.
 ALONE = Brush(1, FILAMENT_COUNT)
 
 
@@ -224,7 +224,7 @@ ALONE = Brush(1, FILAMENT_COUNT)
 class Tool:
     """Kind and pose of a tool: γ, τ, σ, and the number of filaments along the trim.
 
-    `place_m` is the place s on the trim of the filament that is simulated.
+    `place_m` is the place s of the simulated filament on the trim.
     """
 
     filament_angle_rad: float = RIGHT
@@ -270,7 +270,7 @@ class Case:
 
     @property
     def label(self) -> str:
-        """Name and process, which no other case of a group has."""
+        """Name and process, unique in a group."""
         process = f"{self.brushing_velocity_m_s:g} m/s, {1e3 * self.penetration_depth_m:g} mm"
         return f"{self.name}, {process}, µ = {self.friction_coefficient:g}"
 
@@ -303,7 +303,7 @@ class Case:
         return 2 * math.pi / self.rate_rad_s
 
     def across_and_along_m(self, place_m: float) -> tuple[float, float]:
-        """Returns how deep the undeformed tip turns about the tilted axis, and lies along it."""
+        """Returns the depth of the undeformed tip across the tilted axis, and along it."""
         tool, length = self.tool, self.filament.length_m
         radius, along = tool.root_m(place_m)
         radius += length * math.sin(tool.filament_angle_rad)
@@ -357,7 +357,7 @@ class Case:
 
     @property
     def of_trim(self) -> list[tuple[float, "Case"]]:
-        """Filaments at Gauss's points of the trim, and the share of all that they stand for."""
+        """Filaments at Gauss's points of the trim, each with its share of all filaments."""
         points, weights = np.polynomial.legendre.leggauss(self.tool.positions)
         tools = [replace(self.tool, place_m=float(s) * WIDTH_M / 2) for s in points]
         weights = weights * [tool.root_m(tool.place_m)[0] for tool in tools]
@@ -441,7 +441,7 @@ def bump() -> Workpiece:
 
 
 def corner(side: str, turn_deg: float, spacing_m: float, degree: int, offset_m: float) -> Workpiece:
-    """Returns two straight faces with a corner, which control points so far apart round."""
+    """Returns two straight faces with a corner, rounded by control points `spacing_m` apart."""
     distances = [spacing_m * i for i in range(1, degree + 3)]
     distances += [distances[-1] + d for d in (0.006, 0.014, 0.030, 0.060)]
     turn = math.radians(turn_deg)
@@ -477,7 +477,7 @@ def profiles() -> list[Case]:
 
 
 def sliding() -> list[Case]:
-    """Returns passes whose sliding work is known, and where edges take it."""
+    """Returns passes whose sliding work is known, with its place on edges."""
     entering, obtuse = Workpiece("edge", -5e-3, side="entering"), math.radians(120)
     kinds = [
         ("plane", Workpiece(), 0.3),
@@ -571,9 +571,9 @@ def poses() -> list[Case]:
         ("cup, flat", Tool(0.0, RIGHT), 5.0, 1e-3),
     )
     rough = (
-        # Bent outwards by 4 mm.
+        # This one is bent outwards by 4 mm.
         ("cup, fast and leaning over", Tool(0.0, RIGHT + 0.15, 0.5), 20.0, 3e-3, 0.3),
-        # Deeper on one side, but in contact on both.
+        # This one is deeper on one side, but in contact on both.
         ("cup, tilted in contact", Tool(0.0, RIGHT - 3e-3), 5.0, 2e-3, 0.2),
         ("cone, with a trim", Tool(0.9, RIGHT - 0.95, 0.2, positions=3), 10.0, 2e-3, 0.2),
         ("radial, with a trim", Tool(RIGHT, 0.05, positions=3), 10.0, 1.5e-3, 0.2),
@@ -615,7 +615,7 @@ EDGE_ANGLES = ("edge_work_angle_rad", "edge_work_angle_std_rad")
 
 @dataclass(frozen=True)
 class Group:
-    """Cases of a file, and how they are computed."""
+    """Cases of a file, and the settings of their computation."""
 
     cases: list[Case]
     relative_tolerance: float

@@ -1,4 +1,4 @@
-"""Reference files: how numbers are rounded, written and compared.
+"""Reference files: rounding, writing and comparing numbers.
 
 There is no mechanics here.
 """
@@ -14,7 +14,7 @@ import numpy as np
 DATA = Path(__file__).parent.parent / "tests" / "data"
 TRAJECTORY_FOLDER = Path(__file__).parent / "trajectories"
 
-# Numbers below this are zero but for rounding, in any of the units.
+# Magnitude below which a number is a rounding error, in any of the units.
 LEAST_VALUE = 1e-18
 # Keys whose values describe the run and not the motion.
 OF_RUN = ("own_error", "changes_of_touch", "jumps_of_nearest_points", "largest_jump_of_force_n")
@@ -78,7 +78,7 @@ def differences(columns: Sequence[str], table: np.ndarray, other: np.ndarray) ->
 
 
 def scale_of(key: str, value: np.ndarray, siblings: dict[str, object]) -> float:
-    """Returns what a difference is relative to; `siblings` are the values beside it.
+    """Returns the scale of a difference; `siblings` are the values beside it.
 
     Impulses are relative to the normal impulse, tips to a filament of 40 mm, and the work on edges
     to the whole. Angles of edges are not scaled.
@@ -101,7 +101,7 @@ def relative_differences(
 ) -> Iterator[tuple[tuple[str, ...], float]]:
     """Yields the relative difference of every number of `entry` that `other` has, with its path.
 
-    Text, counts and statements that differ are infinitely far apart.
+    Different texts, counts and statements are infinitely far apart.
     """
     if isinstance(entry, dict):
         for key, value in entry.items():

@@ -1,11 +1,12 @@
 """The exchange format of derived equations, `bristle-graph` version 3: build it and write it.
 
-What enters: operations, one at a time, from a derivation in any algebra system.
-What leaves: a JSON text of kernels. A kernel is a function in single-assignment form: operations
+Input: operations, one at a time, from a derivation in any algebra system.
+Output: a JSON text of kernels. A kernel is a function in single-assignment form: operations
 whose operands are earlier operations, input elements and outputs that refer to operations.
 
-This file knows no mechanics. Equal operations are kept once, and what no output and no input needs
-is dropped; nothing is rearranged otherwise, so the kernels compute what the algebra system derived.
+This file knows no mechanics. Equal operations are kept once, and operations that no output and no
+input needs are dropped. Nothing else is rearranged: the kernels compute what the algebra
+system derived.
 """
 
 import json
@@ -13,12 +14,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-# Floats with at most so many binary places, below this size, are written as exact rationals.
+# Largest number of binary places and largest size of a float written as an exact rational.
 RATIONAL_BINARY_PLACES = 10
 LARGEST_RATIONAL = 2**20
 
 COMMUTATIVE = ("add", "mul")
-# Its name, the indices of its operands, and what else there is to it.
+# Its name, the indices of its operands, and its parameters.
 Operation = tuple[str | int | float, ...]
 
 
@@ -57,11 +58,11 @@ class Graph:
         return index
 
     def symbol(self, name: str, notation: str, unit: str) -> int:
-        """A named variable."""
+        """Adds a named variable."""
         return self._index_of(("symbol", name, notation, unit))
 
     def number(self, value: float | Fraction) -> int:
-        """A constant; small exact rationals as such, others as the double they are."""
+        """Adds a constant: a small exact rational as such, others as doubles."""
         if isinstance(value, float):
             exact = Fraction(value)
             if exact.denominator > 2**RATIONAL_BINARY_PLACES or abs(value) > LARGEST_RATIONAL:
@@ -71,11 +72,11 @@ class Graph:
         return self._index_of(("rational", value.numerator, value.denominator))
 
     def power(self, base: int, exponent: int) -> int:
-        """`base` to an integer power."""
+        """Adds `base` to an integer power."""
         return self._index_of(("powi", base, exponent))
 
     def operation(self, name: str, *operands: int) -> int:
-        """An operation on operations."""
+        """Adds an operation on operations."""
         if name == "mul" and operands[0] == operands[1]:
             return self.power(operands[0], 2)
         if name in COMMUTATIVE:
@@ -104,7 +105,7 @@ def reached(operations: Sequence[Operation], roots: list[int]) -> set[int]:
 
 
 def renumbered(operation: Operation, indices: dict[int, int]) -> Operation:
-    """`operation` with its operands' new indices."""
+    """Returns `operation` with new indices of its operands."""
     operands = operands_of(operation)
     rest = operation[1 + len(operands) :]
     return (operation[0], *(indices[operand] for operand in operands), *rest)
@@ -126,7 +127,7 @@ class Kernel:
         given = [index for entry in self.inputs for _, index in entry.elements]
         results = [index for output in self.outputs for index in output.operations]
         live = reached(operations, [*given, *results])
-        # Symbols first, then as derived; operands stay ahead of what uses them.
+        # Symbols first, then in the order of derivation; operands stay ahead of their users.
         order = sorted(live, key=lambda index: (operations[index][0] != "symbol", index))
         indices = {old: new for new, old in enumerate(order)}
         inputs = [

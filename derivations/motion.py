@@ -10,7 +10,7 @@
 
 The solver is CVODES of SUNDIALS (BDF of orders 1 to 5, Newton's method), as CasADi ships it.
 
-Energies, forces and active sets are stated by those who use this module.
+Users of this module state energies, forces and active sets.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -20,8 +20,8 @@ import casadi
 import numpy as np
 from scipy.interpolate import BPoly
 
-# Units of the solver's states, so that one absolute tolerance fits all: angles of 1 rad, rates of
-# 1000 rad/s, integrals of 1 mN s, 1 mJ and 1 mN m s.
+# Units of the solver's states, for one absolute tolerance: 1 rad for angles, 1000 rad/s for rates,
+# 1 mN s, 1 mJ and 1 mN m s for integrals.
 RATE_UNIT_RAD_S = 1e3
 INTEGRAL_UNIT = 1e-3
 # Absolute over relative tolerance, in these units.
@@ -31,10 +31,10 @@ POINTS = 401
 SHARES = np.linspace(0.0, 1.0, POINTS)
 # Bisections of the distance of two points, to 2e-9 of it.
 BISECTIONS = 29
-# A window is so many times longer than the active set has lasted, within limits.
+# Length of a window over the time for which the active set has lasted, within limits.
 WINDOW_GROWTH = 2.0
 SHORTEST_WINDOW_S = 4e-6
-# Windows that fail are repeated down to this length.
+# Least length of a window that is repeated after a failure.
 SHORTEST_RETRY_S = 1e-9
 
 State = np.ndarray
@@ -51,7 +51,7 @@ def velocity_of(vector: casadi.SX, instant: Sequence[casadi.SX]) -> casadi.SX:
 class Equations:
     """Equations of motion as functions of CasADi of (t, y, p), with their Jacobian.
 
-    A subclass calls `derive`. Its `parameters(active)` are the active set as the equations take it.
+    A subclass calls `derive`. Its `parameters(active)` are the active set for the equations.
     """
 
     def derive(
@@ -70,7 +70,7 @@ class Equations:
         kinetic, potential, dissipation = energies
         self.count, self.integral_count = coordinates.numel(), integrands.numel()
         self.size, self.parameter_count = 2 * self.count + self.integral_count, parameters.numel()
-        # d/dt ∂E_kin/∂q̇ = M q̈ + (∂²E_kin/∂q̇∂q) q̇ + ∂²E_kin/∂q̇∂t, the rest goes to the right.
+        # d/dt ∂E_kin/∂q̇ = M q̈ + (∂²E_kin/∂q̇∂q) q̇ + ∂²E_kin/∂q̇∂t; the rest goes to the right.
         momenta = casadi.gradient(kinetic, rates)
         mass_matrix = casadi.jacobian(momenta, rates)
         right_side = (
@@ -116,8 +116,8 @@ class Equations:
                 casadi.MX(extra, extra),
             ),
         )
-        # CasADi wants the Jacobian by all arguments, given the result too; those by t and p are
-        # not used.
+        # CasADi wants the Jacobian by all arguments, given the result too; it does not use those by
+        # t and p.
         empty = casadi.MX(self.size, 1)
         custom = casadi.Function(
             "jac_derivative",
@@ -133,7 +133,7 @@ class Equations:
 
 def cvodes(equations: Equations, relative_tolerance: float) -> Solver:
     """Returns CVODES for windows of any length."""
-    # Over the share that has passed, so that one integrator serves all windows.
+    # Time is the elapsed share, so that one integrator serves all windows.
     share, y = casadi.MX.sym("share"), casadi.MX.sym("y", equations.size)
     p, window = casadi.MX.sym("p", equations.parameter_count), casadi.MX.sym("window", 2)
     derivative = equations.derivative(window[0] + window[1] * share, y, p)
@@ -155,7 +155,7 @@ def cvodes(equations: Equations, relative_tolerance: float) -> Solver:
 
 @dataclass(frozen=True)
 class Window:
-    """A piece of the motion with one active set: whole numbers, of which 0 stands for the air."""
+    """A piece of the motion with one active set: whole numbers, with 0 for the air."""
 
     times: np.ndarray
     states: np.ndarray  # columns
@@ -183,7 +183,7 @@ class Window:
             slope = np.array(self.equations.derivative(time, y, self.parameters)).ravel()
             angles.append([y[:n], slope[:n], RATE_UNIT_RAD_S * slope[n : 2 * n]])
             integrals.append([y[2 * n :], slope[2 * n :]])
-        # Over the time since the point, whose rounding would else enter.
+        # The time starts at the point, whose rounding would else enter.
         span = [0.0, self.times[point + 1] - self.times[point]]
         of_angles, of_integrals = (BPoly.from_derivatives(span, y) for y in (angles, integrals))
         of_rates = of_angles.derivative()
@@ -213,10 +213,10 @@ class Motion:
         return self.active_sets(np.array([time]), y[:, None])[0]
 
     def window(self, start_s: float, end_s: float, y: State, active: np.ndarray) -> Window:
-        """Integrates with one active set, whether or not it lasts.
+        """Integrates with one active set, even if it does not last.
 
-        The window is shorter where the equations fail: beyond its piece a polynomial of a spline
-        may go astray.
+        The window is shorter where the equations fail: a polynomial of a spline may diverge beyond
+        its piece.
         """
         equations = self.equations_of(active)
         if equations not in self._solvers:
@@ -249,7 +249,7 @@ class Motion:
                 change = self._first_change(window)
                 following, until_of_next = active, None
                 if change is not None and until_s is None:
-                    # Once more, at much finer points, from the point before the change to it.
+                    # Again, at much finer points, from the point before the change to it.
                     until_of_next = float(window.times[change])
                     window = window.until(change)
                 elif change is not None:

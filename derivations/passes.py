@@ -1,19 +1,19 @@
 """Passes of filaments over workpieces, by a code that shares nothing with the Rust code.
 
-What enters: the cases of `cases.py`.
-What leaves: files in tests/data and derivations/trajectories; or with `--check` a comparison with
-the committed files.
+Input: the cases of `cases.py`.
+Output: files in tests/data and derivations/trajectories; or with `--check` a comparison with the
+committed files.
 
-How it is done:
+Method:
 
 1. The energies of a chain in space are stated once, in polar angles φ_k from z and azimuths θ_k.
    The planar chain is the same with φ_k = π/2. CasADi differentiates them (`motion.py`).
 2. Workpieces are plug-ins (`workpieces.py`). Friction is regularised Coulomb friction.
 3. Points of a filament are pressed off the nearest point of a neighbour's polyline, along the
    gradient of the energy E_ab. Friction between filaments acts half-way between the two points.
-4. The active set says which nodes meet which face, which features meet edges, and which points meet
-   which part of a neighbour. The equations are smooth while it does not change, and the solver
-   starts again where it does. Nothing is smoothed but friction, as MODEL.md says.
+4. The active set lists the nodes that meet faces, the features that meet edges, and the points that
+   meet neighbours. The equations are smooth while the set does not change, and the solver starts
+   again where it does. Nothing is smoothed but friction, as MODEL.md says.
 5. The integrals of the metrics are states of the solver; contact times are sums of windows.
 
 Each case is computed at two tolerances. The file states the largest difference as its own error.
@@ -51,9 +51,9 @@ from workpieces import Contact, friction, nearest_of, tangential, workpiece_of
 TERMS = 20
 # Longest windows of filaments that press on each other, and of contact all round.
 LONGEST_WINDOW_OF_ROW_S, LONGEST_WINDOW_ALL_ROUND_S = 1e-4, 1e-3
-# Successive turns whose impulses differ by less, relatively, are steady.
+# Largest relative difference of the impulses of successive turns that are steady.
 STEADY = 1e-3
-# A second run has so many times the tolerance.
+# Tolerance of the second run, as a multiple of the first one's.
 LOOSER = 10.0
 # The pass that is written over time, by its group and index, and its rows, both ends included.
 TRAJECTORY, ROWS = (GROUPS["contacts_cvodes"], 1), 1001
@@ -69,8 +69,8 @@ COLUMNS = {
 CHECK_TOLERANCE, CHECK_FACTOR = 1e-7, 3.0
 # Errors of committed cases that tighter tolerances have shown, and that their files do not state.
 KNOWN_ERRORS = {"4 turns": 5e-5}
-# Penetrations are sampled about every microsecond, as the committed peaks of rows are every quarter
-# of one. No error is stated of velocities.
+# Penetrations are sampled about every microsecond, committed peaks of rows every quarter of one. No
+# error is stated of velocities.
 CHECK_TOLERANCES = {
     ("largest_edge_penetration_m",): 0.03,
     ("final_tip_velocity_m_s",): 1e-5,
@@ -188,10 +188,10 @@ def angle_squared(chord: casadi.SX) -> casadi.SX:
 class Between:
     """Contacts of columns with their neighbours: forces, moments on segments, rates of integrals.
 
-    There are slots for points that touch. The parameters of a slot are: for each pair of columns 1
+    There are slots for points that touch. A slot has these parameters: for each pair of columns 1
     if the point lies on the one ahead, −1 if it lies on the other; 1 if the nearest point is a
-    node, and its place on its segment if so; the weights of all nodes in the point, and in both
-    ends of the nearest point's segment; those of all segments in the turning of both surfaces.
+    node, and then its place on its segment; the weights of all nodes in the point, and in both ends
+    of the nearest point's segment; the weights of all segments in the turning of both surfaces.
     """
 
     def __init__(self, case: Case, chains: Sequence[Chain], slots: int) -> None:
@@ -245,7 +245,7 @@ class Between:
         self.rates[1:4, :] += force @ signs.T
 
     def parameters(self, active: np.ndarray) -> np.ndarray:
-        """Returns the active set of the points as the equations take it.
+        """Returns the active set of the points in the form of the equations.
 
         Points are those of a column on the next one, segment by segment, then the other way round.
         """
@@ -335,7 +335,7 @@ class Equations(motion.Equations):
         return casadi.vertcat(contact.pressure, deflection, tip, chain.velocities[:, -1])
 
     def parameters(self, active: np.ndarray) -> np.ndarray:
-        """Returns the active set as the equations take it."""
+        """Returns the active set in the form of the equations."""
         columns = self._case.brush.columns
         end = columns * (self._n + self._workpiece.edge_count)
         found = [self._workpiece.parameters(each) for each in active[:end].reshape(columns, -1)]
@@ -447,7 +447,7 @@ class Pass(motion.Motion):
         if self.case.is_planar:
             rates = [self.case.rate_rad_s] * len(self._q)
         for polar, azimuth in [] if rates else self._q.reshape(-1, 2):
-            # Of e = (sin φ cos θ, sin φ sin θ, cos φ), along the directions of growing φ and θ.
+            # ė of e = (sin φ cos θ, sin φ sin θ, cos φ), along the directions of growing φ and θ.
             (sin, cos), (s, c) = (np.sin(polar), np.cos(polar)), (np.sin(azimuth), np.cos(azimuth))
             rate = np.cross(omega, [sin * c, sin * s, cos])
             rates += [rate @ np.array([cos * c, cos * s, -sin]), rate @ np.array([-s, c, 0]) / sin]
@@ -507,7 +507,7 @@ class Pass(motion.Motion):
     def peaks(self, window: Window, least: np.ndarray) -> np.ndarray:
         """Returns the largest F_n and deflection of each column in a window, (columns, 2).
 
-        Those that may exceed `least` are refined: the motion between the points beside the largest
+        Peaks that may exceed `least` are refined: the motion between the points beside the largest
         value is integrated again. Where friction changes its sign, the force turns too fast for an
         interpolation.
         """
@@ -733,7 +733,7 @@ def entry_of(name: str, case: Case, has_error: bool) -> dict[str, object]:
 
 
 def command(group_name: str, group: Group) -> str:
-    """Returns how a file was made."""
+    """Returns the command that made a file."""
     tolerance = group.relative_tolerance
     return (
         f"{files.made_by(f'passes.py {group_name}', casadi, np, scipy)}: cvodes, relative "
@@ -771,7 +771,7 @@ def write_group(group_name: str, entries: Sequence[dict[str, object]]) -> None:
 
 
 def is_wrong(entry: dict[str, object], committed: dict[str, object], label: str) -> bool:
-    """Prints the largest difference from a committed entry, in units of what is allowed."""
+    """Prints the largest difference from a committed entry, over the allowed one."""
     stated = [committed.get("own_error", 0.0), committed.get("own_error_of_sliding", 0.0)]
     stated.append(KNOWN_ERRORS.get(committed.get("name"), 0.0))
     stated += committed.get("own_errors", {}).values()
@@ -822,7 +822,7 @@ def trajectory(tolerance: float) -> np.ndarray:
 
 
 def run_trajectory(is_check: bool) -> bool:
-    """Writes or checks the trajectory; `True` if it differs by more than is allowed."""
+    """Writes or checks the trajectory; `True` if it differs by more than allowed."""
     path = files.TRAJECTORY_FOLDER / "pass_casadi_cvodes.csv"
     group, index = TRAJECTORY
     case, tolerance = group.cases[index], group.relative_tolerance

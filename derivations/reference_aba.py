@@ -1,7 +1,7 @@
 """Accelerations φ̈, θ̈ of the spatial chain at random states, by Pinocchio.
 
-No energy is differentiated here and no equation of the chain written down. Pinocchio builds the
-chain from rigid bodies and solves for the accelerations by its articulated-body algorithm
+This script differentiates no energy and states no equation of the chain. Pinocchio builds the chain
+from rigid bodies and solves for the accelerations by its articulated-body algorithm
 (Featherstone 1987), in rotations and Newton-Euler equations instead of coordinates φ, θ.
 
 The chain in Pinocchio
@@ -50,15 +50,15 @@ from graph_format import compact, lines
 
 FILE = DATA / "reference_aba.json"
 SEED = 20211
-# A millionth of the paper's: at moderate rates inertia, gyroscopic terms, springs and dampers weigh
-# alike.
+# A millionth of the paper's modulus: inertia, gyroscopic terms, springs and dampers are of one size
+# at moderate rates.
 SOFT_YOUNGS_MODULUS_PA = 3.0e3
 SEGMENT_COUNTS = (2, 7, 25)
 STATES_PER_COUNT = 3
-# Distance of the segments from the poles of their coordinates.
+# Least distance of the segments from the poles of their coordinates.
 LEAST_POLAR_ANGLE_RAD = 0.4
 
-# Of --check, relative to the accelerations of a state: other processors round otherwise.
+# Largest difference of --check over the accelerations of a state: processors round differently.
 CHECK_TOLERANCE = 1e-11
 
 Array = np.ndarray
@@ -109,7 +109,7 @@ class Coordinates:
         return Rod(self.rotation[:, 2], by_phi * self.phi_rate + by_theta * self.theta_rate)
 
     def accelerations(self, direction_acceleration: Array) -> tuple[float, float]:
-        """φ̈ and θ̈ that belong to ë."""
+        """φ̈ and θ̈ of ë."""
         by_phi, by_theta = self.derivatives
         sine, cosine = math.sin(self.phi), math.cos(self.phi)
         radial = np.array([math.cos(self.theta), math.sin(self.theta), 0.0])
@@ -148,7 +148,7 @@ def chain_of_bodies(
 def joint_torque(
     stiffness: float, damping: float, body_rate: float, inner: Rod, outer: Rod
 ) -> Array:
-    """What spring and damper do to the outer side of a bent joint, in N m, in the world's axes.
+    """Torque of spring and damper on the outer side of a bent joint, in N m, in the world's axes.
 
     At a straight joint the axis of bending is 0/0; no state here has one.
     """
@@ -176,7 +176,7 @@ class ChainState:
         self.effective_gravity = np.array(state.gravity) - root_acceleration
         clamp = Rod(radial, state.base_rate * tangential)
         self.rods = [clamp, *(segment.rod for segment in self.segments)]
-        # On the outer side of each joint, in the world's axes.
+        # Torques on the outer side of each joint, in the world's axes.
         joints = zip(filament.stiffnesses_n_m, filament.dampings_n_m_s, strict=True)
         self.torques = [
             joint_torque(*joint, state.base_rate, *self.rods[k : k + 2])
@@ -221,7 +221,7 @@ def accelerations(state: State) -> list[float]:
 
 
 def random_state(rng: random.Random, segments: int, soft: bool) -> State:
-    """Moving, in any gravity; φ and θ step by up to 1 rad a joint at two segments, less at more."""
+    """Draws a moving chain in any gravity; a joint steps by up to 1 rad, less at more segments."""
     # The soft filament moves slowly enough that every term counts.
     base_rate, base_acceleration, gravity, rate = (
         (5.0, 20.0, 1.0, 20.0) if soft else (200.0, 1e4, 10.0, 200.0)

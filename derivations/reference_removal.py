@@ -1,4 +1,4 @@
-"""How an edge grows round under a brush, by SciPy, for a made-up work on the edge.
+"""Rounding of an edge by a brush, by SciPy, for an invented work on the edge.
 
 1. Preston's law: per turn of the tool dA/dN = k_P (N_f/b) W_e(R), with W_e = W_0 exp(a x + b x²),
    x = ln(R/R_0). It is given at some radii, too.
@@ -22,7 +22,7 @@ from scipy.integrate import quad, solve_ivp
 
 PRESTON_M2_N = 1e-13
 START_RADIUS_M = 1e-5
-# Of W_e, about what the paper's brush does to an edge that it meets.
+# Constants of W_e, close to the work of the paper's brush on an edge.
 WORK_J, WORK_RADIUS_M, SLOPE, BEND = 1.7e-4, 1e-4, 0.02, -0.03
 RADII_M = (1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3)
 TURNS = (10.0, 100.0, 1e3, 1e4)
@@ -41,7 +41,7 @@ def area_per_square(angle_rad: float) -> float:
 
 
 def area_by_quadrature(angle_rad: float) -> float:
-    """A(1): between a face and the arc, from the bisector to where they touch, twice."""
+    """Returns A(1), twice the area between face and arc, from the bisector to their contact."""
     half = angle_rad / 2
 
     def between(across: float) -> float:
@@ -69,7 +69,7 @@ def radii_m(angle_rad: float) -> np.ndarray:
 
 
 def result(angle_rad: float) -> dict[str, object]:
-    """The entry of a corner in the file."""
+    """Returns the entry of a corner in the file."""
     square, area = area_per_square(angle_rad), area_by_quadrature(angle_rad)
     assert abs(area / square - 1) < 1e-11, (area, square)
     return {

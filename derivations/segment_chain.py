@@ -1,10 +1,10 @@
 """Equations of motion of the segment chain, derived by CasADi from its energies.
 
-What enters: the number of segments, or `--kernels`, or `--operators`; the energies of the project's
+Input: the number of segments, or `--kernels`, or `--operators`; the energies of the project's
 model page.
-What leaves: a JSON file of single-assignment operations (`graph_format.py`), either the whole
-equations of a chain (mass matrix, force, energies), in space or in the plane of rotation, or the
-kernels of the solver's O(n) loops, or functions that only energies of one's own need.
+Output: a JSON file of single-assignment operations (`graph_format.py`). It has the whole equations
+of a chain (mass matrix, force, energies), in space or in the plane of rotation, or the kernels of
+the solver's O(n) loops, or functions that only user-defined energies need.
 
 Only energies, positions and directions are stated here; CasADi differentiates them. No derivative
 is written by hand.
@@ -19,8 +19,8 @@ r_k = r_{k−1} + h e_k; its centre is c_k = r_{k−1} + (h/2) e_k. The clamp is
     E_grav   = −Σ_k m_k g·c_k
     D        = Σ_k ½ d_k |ω_k − ω_{k−1}|²,   ω_k = e_k × (ė_k − Ω × e_k),   ω_0 = 0
 
-Ω is the angular velocity of the brush body, from which the dampers see the filament. R(κ) turns a
-vector about z by κ. The spring of joint k is relaxed where e_k is e_{k−1} turned by κ_k.
+Ω is the angular velocity of the brush body; the dampers see the filament from the body. R(κ) turns
+a vector about z by κ. The spring of joint k is relaxed where e_k is e_{k−1} turned by κ_k.
 
 Lagrange's equations, with the energies' dependence on time through the motion of the clamp:
 
@@ -33,34 +33,34 @@ The chord of two unit vectors at the angle α is |e' − e| = 2 sin(α/2), hence
     S = ½ α² = 2 asin²(√(u/2)) = Σ_{k ≥ 1} 2^k u^k / (k² C(2k, k)),
 
 from asin²(x) = ½ Σ (2x)^(2k) / (k² C(2k, k)). S is analytic in u at the straight joint u = 0, where
-asin(√u) is not differentiable. So the series serves u < δ and the closed form the rest; the two are
-blended by the number `near`, 1 if u < δ and 0 elsewhere, which CasADi differentiates to zero.
-Where `near` is 1, the closed form gets δ for u, so that it stays finite and drops out exactly.
-Its second derivative loses digits by cancellation as 1/u; above δ that is less than two.
+asin(√u) is not differentiable. The series therefore serves u < δ, and the closed form the rest. The
+number `near` blends the two: 1 if u < δ and 0 elsewhere, which CasADi differentiates to zero. Where
+`near` is 1, the closed form gets δ for u, so that it stays finite and drops out exactly. Its second
+derivative loses digits by cancellation as 1/u; above δ it loses less than two.
 
 The frame
 ---------
 ṙ_0 leaves Lagrange's equations: they hold in every inertial frame (Galileo). The equations are
 therefore taken in the frame in which the root, or the inner end of the segment, rests at the
-moment: ṙ_0 is set to zero once everything is differentiated. Otherwise large terms would remain
-that differ by roundings only. Of the energies, which do depend on ṙ_0, it is an argument.
+moment: ṙ_0 is set to zero after all differentiation. Otherwise large terms would remain that differ
+by roundings only. The energies depend on ṙ_0 and have it as an argument.
 
 The body
 --------
-A segment that turns rigidly with the body has the rates q̇_r with (∂e/∂q) q̇_r = Ω × e. With the
-rates in the body, q̇ − q̇_r, ė − Ω × e is the rate of e. As q̇_r does not depend on q̇, ∂D/∂q̇ is the
-derivative by them. The rates of the joints' kernels are therefore those in the body, and Ω enters
-the kernel of q̇_r alone.
+A segment that turns rigidly with the body has the rates q̇_r with (∂e/∂q) q̇_r = Ω × e. The
+rates in the body, q̇ − q̇_r, give ė − Ω × e as the rate of e. As q̇_r does not depend on q̇, ∂D/∂q̇
+is the derivative by them. The rates of the joints' kernels are therefore those in the body, and Ω
+enters the kernel of q̇_r alone.
 
 In the plane of rotation
 ------------------------
 With φ_k = π/2, e_k = (cos θ_k, sin θ_k), ω_k = θ̇_k − Ω along z, and θ_k is the one coordinate of
 a segment. Between two segments α = θ_{k+1} − θ_k − κ is known, so that E_spring = ½ c α². The clamp
-is known by its direction alone; there S(u) stays.
+is given by its direction alone, so that S(u) stays there.
 
 The lateral variation is the motion that a small tilt τ of the clamp out of the plane causes:
 φ_k = π/2 + η_k τ. Its equations are the derivatives of the spatial ones for φ along τ, with
-φ = π/2 + ψ, and ψ = 0, ψ̇ = 0, ψ̈ = 0 once everything is differentiated.
+φ = π/2 + ψ, and ψ = 0, ψ̇ = 0, ψ̈ = 0 after all differentiation.
 
 Run from the repository root:
 
@@ -85,7 +85,7 @@ from pathlib import Path
 
 from graph_format import Graph, Input, Kernel, Output, file_text
 
-# As pinned in requirements.txt; another version may order the operations otherwise.
+# The version in requirements.txt; another one may order the operations otherwise.
 CASADI_VERSION = "3.8.2"
 REQUIREMENTS = Path(__file__).with_name("requirements.txt")
 INSTALL_COMMAND = (
@@ -106,17 +106,17 @@ LARGEST_SEGMENT_COUNT = 400
 
 # δ: below it the series of S(u) serves, above it the closed form. u = 1/16 is α = 0.355 rad.
 SERIES_LIMIT = Fraction(1, 16)
-# Of the first and the second derivative of S at u = δ, relative.
+# Relative error of the first and the second derivative of S at u = δ.
 SERIES_TOLERANCE = Fraction(1, 10**18)
 
 SX = casadi.SX
 
 
-# ---------------------------------------------------------------------------- what is derived
+# ---------------------------------------------------------------------------- subjects
 
 
 class Motion(Enum):
-    """How a chain moves, which decides its coordinates."""
+    """Motion of a chain, which decides its coordinates."""
 
     SPATIAL = "spatial"
     PLANAR = "planar"
@@ -144,13 +144,13 @@ class Symbols:
         self.entries: list[tuple[SX, str, str]] = []
 
     def scalar(self, name: str, notation: str, unit: str) -> SX:
-        """One variable."""
+        """Adds a variable."""
         variable = SX.sym(name)
         self.entries.append((variable, notation, unit))
         return variable
 
     def vector(self, name: str, notation: str, unit: str, motion: Motion) -> SX:
-        """A variable for each component of a vector."""
+        """Adds a variable for each component of a vector."""
         return casadi.vertcat(
             *(self.scalar(f"{name}_{axis}", f"{notation}{axis}", unit) for axis in motion.axes)
         )
@@ -166,7 +166,7 @@ class Argument:
 
     @classmethod
     def of_symbols(cls, name: str, doc: str, variables: SX) -> "Argument":
-        """Variables under their own names."""
+        """Creates an argument of variables under their own names."""
         return cls(name, doc, tuple((x.name(), x) for x in casadi.vertsplit(variables)))
 
 
@@ -182,17 +182,17 @@ class Result:
 
     @classmethod
     def scalar(cls, name: str, doc: str, unit: str, value: SX) -> "Result":
-        """One number."""
+        """Creates a result of one number."""
         return cls(name, doc, unit, (), value)
 
     @classmethod
     def vector(cls, name: str, doc: str, unit: str, value: SX) -> "Result":
-        """A column."""
+        """Creates a result of a column."""
         return cls(name, doc, unit, (value.shape[0],), value)
 
     @classmethod
     def matrix(cls, name: str, doc: str, unit: str, value: SX) -> "Result":
-        """Rows and columns."""
+        """Creates a result of rows and columns."""
         return cls(name, doc, unit, value.shape, value)
 
 
@@ -211,10 +211,10 @@ class Derived:
 
 
 def series_coefficients() -> list[Fraction]:
-    """Of u, u², … in S(u); the terms left out weigh less than the tolerance for u ≤ δ.
+    """Returns the factors of u, u², … in S(u); the rest is below the tolerance for u ≤ δ.
 
-    The ratio of consecutive terms of S'' is below δ/2·(1 + 1/k) < δ, so what follows the first
-    term left out is less than 2 δ of it. S'' starts with 1/3; its terms are the largest.
+    The ratio of consecutive terms of S'' is below δ/2·(1 + 1/k) < δ. The terms after the first
+    omitted one are therefore less than 2 δ of it. S'' starts with 1/3; its terms are the largest.
     """
     coefficients: list[Fraction] = []
     for k in range(1, 1000):
@@ -310,7 +310,7 @@ DIRECTION_OF = {Motion.SPATIAL: direction_about_z, Motion.PLANAR: direction_in_p
 
 
 def sine_and_cosine(name: str, angle: SX) -> tuple[tuple[str, SX], ...]:
-    """Elements of an argument."""
+    """Returns the elements of an argument."""
     return (f"sin_{name}", casadi.sin(angle)), (f"cos_{name}", casadi.cos(angle))
 
 
@@ -318,7 +318,7 @@ def sine_and_cosine(name: str, angle: SX) -> tuple[tuple[str, SX], ...]:
 class Segment:
     """Coordinates of one segment, the last of which is θ, their rates, and e as their function.
 
-    `motion` says which of them are arguments of kernels.
+    `motion` decides which of them are arguments of kernels.
     """
 
     label: str
@@ -335,7 +335,7 @@ class Segment:
         label: str = "",
         direction_of: Callable[..., SX] | None = None,
     ) -> "Segment":
-        """With the variables `phi_<label>` and so on; without a label `phi`."""
+        """Creates the variables `phi_<label>` and so on; without a label `phi`."""
         end = f"_{label}" if label else ""
         coordinates = [
             symbols.scalar(f"{name}{end}", f"{letter}{label}", "rad")
@@ -355,7 +355,7 @@ class Segment:
         label: str = "",
         direction_of: Callable[[SX, SX], SX] = direction_near_plane,
     ) -> "Segment":
-        """With ψ and ψ̇ to differentiate by, which are no arguments of kernels, before θ and θ̇."""
+        """Puts ψ and ψ̇, for differentiation only, before θ and θ̇; no kernel has them."""
         planar = cls.new(symbols, Motion.PLANAR, label)
         return cls(
             label,
@@ -404,7 +404,7 @@ class Segment:
         return Argument.of_symbols(self.rates[-1].name(), "θ̇ in rad/s", self.rates[-1])
 
     def rates_in_body(self, name: str) -> Argument:
-        """`rates_argument` of a joint whose dampers see them from the body."""
+        """Returns `rates_argument` of a joint whose dampers see the rates from the body."""
         argument = self.rates_argument(name)
         doc = f"{argument.doc}, less those of a segment that turns rigidly with the body"
         return replace(argument, doc=doc)
@@ -488,8 +488,8 @@ def whole_equations(segments: int, motion: Motion) -> list[Derived]:
         node, node_velocity = node + length * direction, node_velocity + length * direction_rate
         inner_direction, inner = direction, outer
 
-    # Lagrange's equations. M = ∂²E_kin/∂q̇²; the momenta change with q, q̇ and ṙ_0, and what is left
-    # without q̈ goes to the right.
+    # Lagrange's equations. M = ∂²E_kin/∂q̇²; the momenta change with q, q̇ and ṙ_0, and the terms
+    # without q̈ go to the right.
     mass_matrix, momenta = casadi.hessian(kinetic, v)
     momenta_rate = casadi.jtimes(
         momenta, casadi.vertcat(q, root_velocity), casadi.vertcat(v, root_acceleration)
@@ -541,7 +541,7 @@ def kernel(
     arguments: Sequence[Argument],
     results: Sequence[Result],
 ) -> Derived:
-    """A kernel whose name and summary in space are these."""
+    """Creates a kernel from its name and summary in space."""
     if motion is Motion.PLANAR:
         summary += "\nFor motion in the plane of rotation, where `φ = π/2` and `q = θ`."
     return Derived(motion.named(name), summary, symbols, arguments, results)
@@ -551,9 +551,9 @@ class FreeSegment:
     """One segment whose inner end x moves freely."""
 
     def __init__(self, symbols: Symbols, segment: Segment) -> None:
-        """With all variables but those of the inner end's motion."""
+        """Adds all variables but those of the inner end's motion."""
         self.symbols, self.segment = symbols, segment
-        # To differentiate by; an argument of the energies only.
+        # For differentiation; an argument of the energies only.
         self.base_velocity = SX.sym("base_velocity", segment.sides[0].shape[0])
         self.length = symbols.scalar("segment_length", "h", "m")
         self.mass = symbols.scalar("segment_mass", "m", "kg")
@@ -561,7 +561,7 @@ class FreeSegment:
 
     @classmethod
     def new(cls, motion: Motion) -> "FreeSegment":
-        """In space or in the plane."""
+        """Creates a segment in space or in the plane."""
         symbols = Symbols()
         return cls(symbols, Segment.new(symbols, motion))
 
@@ -579,7 +579,7 @@ class FreeSegment:
         return self.length * direction, self.length * direction_rate
 
     def at_rest(self, expression: SX) -> SX:
-        """In the inertial frame in which the inner end rests at the moment."""
+        """Changes to the inertial frame in which the inner end rests at the moment."""
         rest = SX.zeros(self.base_velocity.shape[0])
         return casadi.substitute(expression, self.base_velocity, rest)
 
@@ -653,9 +653,9 @@ def segment_kernel(motion: Motion) -> Derived:
 
 
 def along_step(expression: SX, variables: Sequence[tuple[SX, SX | int]], coordinates: int) -> SX:
-    """Derivative along the acceleration of each coordinate; a column a coordinate.
+    """Returns derivatives along the acceleration of each coordinate; a column a coordinate.
 
-    `variables` has vectors with one element a coordinate, and how far they follow the acceleration.
+    `variables` has vectors with one element a coordinate, and their weights of the acceleration.
     """
     of_all = casadi.vertcat(*(variable for variable, _ in variables))
     unit_steps = casadi.horzsplit(SX.eye(coordinates))
@@ -675,7 +675,7 @@ def step_weights(symbols: Symbols) -> tuple[SX, SX, list[Argument]]:
 
 
 def segment_tangent_kernel(motion: Motion) -> Derived:
-    """`segment_tangent`: how a segment's torques and forces follow its own acceleration."""
+    """`segment_tangent`: derivatives of a segment's torques and forces by its acceleration."""
     free = FreeSegment.new(motion)
     symbols = free.symbols
     q, v = free.segment.coordinates, free.segment.rates
@@ -764,7 +764,7 @@ class Joint:
     constants: list[Argument]
     spring: SX
     dissipation: SX
-    # Variables that the kernels do not have, and their values once everything is differentiated.
+    # Variables that the kernels do not have, and their values after all differentiation.
     known: tuple[SX, SX] | None = None
 
     @property
@@ -831,7 +831,7 @@ class Pair:
 
     @classmethod
     def new(cls, motion: Motion, direction_of: Callable[..., SX] | None = None) -> "Pair":
-        """The previous segment and the next one, with the same axis."""
+        """Creates the previous segment and the next one, with the same axis."""
         symbols, labels = Symbols(), ("previous", "next")
         return cls(symbols, *(Segment.new(symbols, motion, each, direction_of) for each in labels))
 
@@ -847,7 +847,7 @@ class Pair:
         return Argument(name, doc, sine_and_cosine(name, step))
 
     def joint(self, angles: list[Argument], inner_direction: SX, outer_direction: SX) -> Joint:
-        """With the arguments of the angles, and the two directions that the spring sees."""
+        """Creates the joint from arguments of angles and the two directions of the spring."""
         sides = self.inner, self.outer
         return Joint(
             self.symbols,
@@ -862,7 +862,7 @@ class Pair:
 
 
 def joint_between_segments() -> Joint:
-    """As the energies are stated."""
+    """Creates the joint as the energies are stated."""
     pair = Pair.new(Motion.SPATIAL)
     angles = [pair.inner.trigonometry("previous"), pair.outer.trigonometry("next")]
     angles.append(unbent_azimuth(pair.outer, pair.relaxed_angle))
@@ -870,10 +870,10 @@ def joint_between_segments() -> Joint:
 
 
 def joint_in_turned_frame() -> Joint:
-    """In a resting frame turned by the angle ψ about z, which changes neither E_spring nor D.
+    """Creates the joint in a resting frame turned by ψ about z.
 
-    As they do not depend on ψ, their derivatives may be taken at fixed ψ. With ψ = θ' afterwards,
-    the azimuths enter by θ − θ' and, turned by the relaxed angle, by θ − θ' + κ only.
+    E_spring and D do not depend on ψ, so that their derivatives may be taken at fixed ψ. With
+    ψ = θ' afterwards, the azimuths enter by θ − θ' and by θ − θ' + κ only.
     """
     frame = SX.sym("frame")
     pair = Pair.new(Motion.SPATIAL, lambda phi, theta: direction_about_z(phi, theta - frame))
@@ -884,7 +884,7 @@ def joint_in_turned_frame() -> Joint:
 
 
 def planar_joint() -> Joint:
-    """In the plane, where the angle of the joint is known."""
+    """Creates the joint in the plane, where its angle is known."""
     pair = Pair.new(Motion.PLANAR)
     previous, following = pair.inner, pair.outer
     theta_doc = "θ' in rad, less than π from θ + κ"
@@ -909,9 +909,9 @@ def planar_joint() -> Joint:
 
 
 def clamp_joint(motion: Motion) -> tuple[Joint, SX, SX]:
-    """The joint between the clamp and the first segment.
+    """Creates the joint between the clamp and the first segment.
 
-    Also e_0 turned about z by the relaxed angle of the joint, and its rate.
+    Also returns e_0 turned about z by the relaxed angle of the joint, and its rate.
     """
     symbols = Symbols()
     relaxed = symbols.vector("relaxed_direction", "ē0", "1", motion)
@@ -1067,7 +1067,7 @@ def clamp_kernels(motion: Motion) -> list[Derived]:
 
 
 def rigid_rates_kernel() -> Derived:
-    """`rigid_rates`: how a segment moves that turns rigidly with the body."""
+    """`rigid_rates`: motion of a segment that turns rigidly with the body."""
     symbols = Symbols()
     segment = Segment.new(symbols, Motion.SPATIAL)
     body_rate = symbols.vector("angular_velocity", "Ω", "rad s^-1", Motion.SPATIAL)
@@ -1097,7 +1097,7 @@ def rigid_rates_kernel() -> Derived:
 
 # ---------------------------------------------------------------------------- kernels: lateral
 
-# Where the lateral kernels hold.
+# Domain of the lateral kernels.
 ALONG_PLANAR_MOTION = (
     "Lateral variation of a motion in the plane of rotation: "
     "`q = η = ∂φ/∂τ`, where `τ` is the tilt of the clamp."
@@ -1120,7 +1120,7 @@ class LateralSegment:
     """The spatial equations of a segment: τ_φ, and p and ẍ' along z, to be varied in the plane."""
 
     def __init__(self) -> None:
-        """With the variables of the planar motion, but without those of the variation."""
+        """Adds the variables of the planar motion, but not those of the variation."""
         symbols = Symbols()
         segment = Segment.near_plane(symbols)
         self.free = FreeSegment(symbols, segment)
@@ -1153,7 +1153,7 @@ class LateralSegment:
         return casadi.substitute(slope, self._vanishing, SX.zeros(self._vanishing.shape[0]))
 
     def variations(self, direction: Sequence[SX | int]) -> list[SX]:
-        """Those of τ_φ, of p and of ẍ'."""
+        """Returns the variations of τ_φ, p and ẍ'."""
         return [self.variation(each, direction) for each in self._all]
 
 
@@ -1185,7 +1185,7 @@ def lateral_segment_kernel() -> Derived:
 
 
 def lateral_segment_tangent_kernel() -> Derived:
-    """`lateral_segment_tangent`: how the variation's torque and force follow its acceleration."""
+    """`lateral_segment_tangent`: derivatives of torque and force by the acceleration."""
     segment = LateralSegment()
     free = segment.free
     coordinate_weight, rate_weight, weights = step_weights(free.symbols)
@@ -1320,7 +1320,7 @@ def solver_kernels() -> list[Derived]:
 
 
 def operators_kernel() -> Derived:
-    """`operators`: functions that only energies of one's own need, with their gradients."""
+    """`operators`: functions that only user-defined energies need, with their gradients."""
     symbols = Symbols()
     a, b = (symbols.scalar(name, name, "1") for name in "ab")
     values = casadi.vertcat(
@@ -1371,9 +1371,9 @@ INSTRUCTIONS = {
 
 
 def exported(derived: Derived) -> Kernel:
-    """CasADi's instructions in single-assignment form.
+    """Converts CasADi's instructions to single-assignment form.
 
-    The expressions behind the arguments' elements are outputs of the function, too: so their
+    The expressions of the arguments' elements are outputs of the function, too, so that their
     operations are known.
     """
     elements = [expression for argument in derived.arguments for _, expression in argument.elements]
@@ -1435,7 +1435,7 @@ def exported(derived: Derived) -> Kernel:
 
 
 def main() -> None:
-    """Command line."""
+    """Runs the command line."""
     parser = argparse.ArgumentParser(
         description="Derive equations of motion from the chain's energies with CasADi."
     )

@@ -31,7 +31,7 @@ from scipy.interpolate import BSpline, PPoly
 from scipy.optimize import brentq
 from scipy.spatial import cKDTree
 
-# Where nothing touches, a speed of zero has a derivative.
+# Added to speeds, so that one of zero has a derivative.
 LEAST_SPEED_M_S = 1e-9
 # Points of each piece of a spline among which the nearest is searched.
 SAMPLES = 500
@@ -183,7 +183,7 @@ class Face:
             contact.press_node(k + 1, gap, normal, symbols[0][k])
 
     def parameters(self, active: np.ndarray) -> np.ndarray:
-        """Returns the active set as the equations take it."""
+        """Returns the active set in the form of the equations."""
         return active.astype(float)
 
     def active_sets(self, lines: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -216,11 +216,11 @@ class FacesAndArcs:
     def _set_corners(self, piece: Workpiece) -> None:
         """Sets the faces between the corners of an edge or a chamfer, and the arcs on the corners.
 
-        Of every face these are its outward normal, its distance from the tool's axis, and its
-        direction, along which it reaches from one place to another. Of every arc these are its
-        centre, and the directions along which the faces beside it go away from it.
+        A face has its outward normal, its distance from the tool's axis, its direction, and the two
+        places along the direction between which it reaches. An arc has its centre, and the
+        directions in which the adjacent faces go away from it.
         """
-        # By how much each face is inclined downwards, and where it meets the next.
+        # Downward inclination of each face, and its corner with the next.
         whole = math.pi - piece.included_angle_rad
         inclined, corners = [0.0, whole], [np.zeros(2)]
         if piece.kind == "chamfer":
@@ -251,8 +251,8 @@ class FacesAndArcs:
     def symbols(self) -> list[casadi.SX]:
         """Returns the parameters of nodes and arcs, as columns.
 
-        Of each node 1 if it touches its face, and the face's normal and distance. Of each arc 1 if
-        anything touches it, 1 if that is a node, and 1 at the segment that does.
+        A node has 1 if it touches its face, and the face's normal and distance. An arc has 1 if it
+        is touched, 1 if a node touches it, and 1 at the segment that does.
         """
         nodes = casadi.SX.sym("nodes", 4, self._n)
         return [nodes, casadi.SX.sym("arcs", 2 + self._n, self.edge_count)]
@@ -278,10 +278,10 @@ class FacesAndArcs:
             contact.press(weights, gap, normal, active, True, self._bisectors[i])
 
     def parameters(self, active: np.ndarray) -> np.ndarray:
-        """Returns the active set as the equations take it."""
+        """Returns the active set in the form of the equations."""
         nodes, arcs = np.zeros((4, self._n)), np.zeros((2 + self._n, self.edge_count))
         for node, face in enumerate(active[: self._n]):
-            # A node in the air has a face too, for a finite expression, which counts zero times.
+            # A node in the air has a face too, for a finite expression with the weight zero.
             at = max(face, 1) - 1
             nodes[:, node] = [float(face > 0), *self._normals[at], self._distances[at]]
         for arc, feature in enumerate(active[self._n :]):
@@ -390,7 +390,7 @@ class Spline:
     def symbols(self) -> list[casadi.SX]:
         """Returns the parameters of all nodes, and of the node and the segment at each edge.
 
-        They are columns: 1 if it touches, coefficients of the curve, 1 at the segment.
+        The columns have 1 for a contact, coefficients of the curve, and 1 at the segment.
         """
         rows = 1 + 2 * (self._degree + 1) + self._n
         return [casadi.SX.sym("contacts", rows, self._n + 2 * self.edge_count)]
@@ -438,7 +438,7 @@ class Spline:
                 contact.press(weights, gap, normal, active, True)
                 continue
             inner, outer = nodes[:2, :-1] @ at_segment, nodes[:2, 1:] @ at_segment
-            # Where no segment is chosen, any direction is a finite one.
+            # Without a chosen segment, any direction gives finite numbers.
             along = outer - inner + (1 - active) * casadi.SX([1.0, 0.0])
             where = casadi.SX(0.5)
             for _ in range(ITERATIONS):
@@ -451,7 +451,7 @@ class Spline:
             contact.press(on_segment(at_segment, place), gap, normal, active, True)
 
     def parameters(self, active: np.ndarray) -> np.ndarray:
-        """Returns the active set as the equations take it."""
+        """Returns the active set in the form of the equations."""
         n, size = self._n, 1 + 2 * (self._degree + 1)
         found = np.zeros((size + n, n + 2 * self.edge_count))
         # Open contacts get curves that make finite numbers: a line, and a parabola.
@@ -473,7 +473,7 @@ class Spline:
             here, first, second = (curve(parameters) for curve in self._curves)
             slopes = np.sum((here - points) * first, axis=-1)
             bends = np.sum(first**2 + (here - points) * second, axis=-1)
-            # Far from the profile Newton's method may leave; those points do not touch.
+            # Newton's method may diverge far from the profile; those points do not touch.
             steps = np.clip(slopes / np.where(bends > 0.0, bends, np.inf), -0.1, 0.1)
             parameters = np.clip(parameters - steps, self._knots[0], self._knots[-1])
         return self._gaps(points, parameters), parameters

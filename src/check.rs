@@ -1,4 +1,4 @@
-//! Whether settings can be simulated: each in its range, and all together.
+//! Checks of settings: each in its range, and the conditions between them.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -12,19 +12,18 @@ use crate::workpiece::Part;
 /// Smallest component of the workpiece's unit normal perpendicular to the tool axis.
 const MIN_NORMAL_ACROSS: f64 = 1e-6;
 
-/// The paths of the penetration depth, and of the force that may stand in its place.
+/// Paths of the penetration depth and of the force that may replace it.
 const DEPTH: &str = "process.penetration_depth_m";
 const FORCE: &str = "process.tool_force_n";
-/// The depth at which settings with a force in place of the depth are checked, as a part of the
-/// free length.
-const FIRST_DEPTH: f64 = 1e-3;
+/// Depth at which settings that state a force are checked, over the free length or the clearance,
+/// whichever is smaller.
+const CHECKED_DEPTH_SHARE: f64 = 1e-3;
 
 /// Relative rounding error of the difference of two reaches.
 const ROUNDING: f64 = 1e-12;
 
-/// The largest angle of filaments out of the plane of rotation in rad at which they may be wavy in
-/// that plane.
-const LARGEST_ELEVATION_OF_WAVES: f64 = 1.0;
+/// Largest angle between wavy filaments and the plane of rotation, in rad.
+const MAX_WAVY_ELEVATION_RAD: f64 = 1.0;
 
 /// Largest ratio of the diameters at the ends of a filament.
 const MAX_TAPER: f64 = 1e3;
@@ -104,7 +103,7 @@ impl Settings {
                 ),
             ));
         }
-        if trim.elevation.abs() > LARGEST_ELEVATION_OF_WAVES
+        if trim.elevation.abs() > MAX_WAVY_ELEVATION_RAD
             && self.filament.waviness_amplitude_m != 0.0
         {
             return Err(Violation::of(
@@ -112,7 +111,7 @@ impl Settings {
                 self.filament.waviness_amplitude_m,
                 format!(
                     "0: waves lie in the plane of rotation, across which filaments at less than {:.1} rad to the axis stand",
-                    FRAC_PI_2 - LARGEST_ELEVATION_OF_WAVES
+                    FRAC_PI_2 - MAX_WAVY_ELEVATION_RAD
                 ),
             ));
         }
@@ -127,7 +126,7 @@ impl Settings {
         Ok(())
     }
 
-    /// Checks the goal of the removal, and what a trial showed.
+    /// Checks the goal of the removal and the observed edge.
     fn check_removal(&self) -> Result<(), Violation> {
         let Some(removal) = &self.removal else {
             return Ok(());
@@ -210,8 +209,8 @@ impl Settings {
     /// own.
     pub fn check_relations(&self) -> Result<(), Violation> {
         if self.process.tool_force_n.is_some() {
-            // A depth at which nothing but the depth itself can be wrong.
-            let shallow = FIRST_DEPTH * self.filament.length_m.min(self.clearance_m());
+            // A depth so small that only other settings can be wrong.
+            let shallow = CHECKED_DEPTH_SHARE * self.filament.length_m.min(self.clearance_m());
             return self
                 .at_depth(shallow.max(f64::MIN_POSITIVE))
                 .check_relations();
@@ -237,7 +236,7 @@ impl Settings {
         let penetration_depth_m = self.process.penetration_depth_m;
         let [tips, roots] = trim::reaches(self);
         if tips <= roots {
-            // The angle that is stated is to blame.
+            // Report the angle that is stated.
             let (path, value) = match (self.tool.tilt_rad, self.tool.filament_angle_rad) {
                 (None, Some(angle)) => ("tool.filament_angle_rad", angle),
                 _ => ("tool.tilt_rad", self.tool.tilt_rad()),
@@ -278,7 +277,7 @@ impl Settings {
             ),
         ];
         let free_rad = TAU - nominal_angle_rad;
-        // The larger of the two is to blame.
+        // Report the larger of the two.
         let [(path, _, larger), (_, other, smaller)] = if angles[0].2 > angles[1].2 {
             angles
         } else {
@@ -294,7 +293,7 @@ impl Settings {
         self.check_brush()
     }
 
-    /// Checks that the filaments of a brush can differ from each other as `[uncertainty]` states.
+    /// Checks the ends of a brush, and that its filaments can vary as `[uncertainty]` states.
     fn check_brush(&self) -> Result<(), Violation> {
         let brush = self.brush_or_default();
         if self.brush.is_some()

@@ -2,10 +2,10 @@
 //!
 //! The filament is a chain of rigid segments joined by rotational springs and dampers (Uhlmann and
 //! Hoyer, *Modeling of Contact Forces for Brushing Tools*, Ceramics 2021). This crate is the core:
-//! settings in, metrics out. It reads and writes no files and draws nothing. The modules, in the
-//! order in which the data passes them:
+//! settings in, metrics out. It reads and writes no files and draws nothing. Modules in the order
+//! of the data flow:
 //!
-//! 1. [`model`]: the settings, what each may be, and the metrics that a contact is reduced to;
+//! 1. [`model`]: the settings, their ranges, and the metrics of a contact;
 //! 2. [`tool`], [`workpiece`], [`contact`]: the physics of the parts;
 //! 3. [`equations`]: kernels that the build step has derived and emitted, and the O(n) loops over
 //!    them;

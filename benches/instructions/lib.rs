@@ -1,1 +1,1 @@
-//! Counts of instructions. `main.rs` says what of.
+//! Empty: `main.rs` counts instructions.

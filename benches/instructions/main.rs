@@ -27,8 +27,8 @@ use bristle::simulation::{Job, simulate, simulate_side_by_side};
 use bristle::tool::radial_clamp;
 use bristle_study::input::document::Document;
 
-/// Counts may differ by this fraction: another compiler changes some instructions, a relevant edit
-/// changes many.
+/// Largest relative deviation of a count: another compiler changes some instructions, a relevant
+/// edit many.
 const MARGIN: f64 = 0.05;
 const COUNTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/counts.csv");
 
@@ -124,7 +124,7 @@ fn accepted_count(counts: &str, name: &str) -> Result<u64, Box<dyn Error>> {
         .parse()?)
 }
 
-/// Instruction count of a process that repeats the subject; none if Valgrind does not know one of
+/// Instruction count of a process that repeats the subject; `None` if Valgrind does not know one of
 /// its instructions.
 fn count(subject: usize, repetitions: usize) -> Result<Option<u64>, Box<dyn Error>> {
     let output = Command::new("valgrind")
@@ -229,7 +229,7 @@ fn run_spatial<T: Compiled>(subject: usize, repetitions: usize) {
     );
 }
 
-/// The same with the equations in the plane, which take the polar angles as a variation.
+/// Runs a subject of the planar equations, which take the polar angles as a variation.
 fn run_planar<T: Compiled>(subject: usize, repetitions: usize) {
     run_loop(
         subject,
@@ -242,8 +242,8 @@ fn run_planar<T: Compiled>(subject: usize, repetitions: usize) {
     );
 }
 
-/// What a loop repeats besides residual, factorisation and accelerations: at a state with its
-/// accelerations, into the last argument.
+/// Solve that a loop adds to residual, factorisation and accelerations. It takes a state with its
+/// accelerations and fills the last argument.
 type Correction<T, D> = fn(&mut D, ChainState<'_, T>, &[[T; 2]], StepWeights<T>, &mut [[T; 2]]);
 
 fn run_loop<T: Compiled, D: ChainDynamics<T>>(

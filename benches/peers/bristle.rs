@@ -154,7 +154,7 @@ fn batch(states: &[Posture], settings: &Settings, calls: u32) -> Result<Value, B
 /// Filaments around in a row of the paper's brush at equal pitch both ways.
 const FILAMENTS_AROUND: f64 = 682.0;
 
-/// A row of so many columns.
+/// Times a row of `columns` columns.
 fn row(settings: &Settings, columns: usize, tolerance: f64) -> Result<Value, Box<dyn Error>> {
     let brush = BrushSettings {
         columns: Some(columns),

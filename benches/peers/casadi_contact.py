@@ -17,7 +17,7 @@ from paper_case import Case, Pass
 
 Equations = Planar | Spatial
 
-# CasADi asks for the given Jacobian once for so many columns: for all of them at once.
+# Number of columns for which CasADi asks for the given Jacobian once: all of them.
 casadi.GlobalOptions.setMaxNumDir(2 * Spatial.coordinates + 1)
 
 # CasADi's default and its other direct solvers for the Newton matrix; the fastest here is used.
@@ -31,7 +31,7 @@ OPTIMISATION = {"planar": "-O3", "spatial": "-O2"}
 def derivative(
     equations: Equations, instant: casadi.MX, y: casadi.MX, parameters: casadi.MX
 ) -> casadi.MX:
-    """dy/dt."""
+    """Returns dy/dt."""
     mass_matrix, force, rates, contact_force = equations.motion(instant, y, parameters)
     accelerations = casadi.solve(mass_matrix, force, "ldl")
     return casadi.vertcat(rates, accelerations / RATE_UNIT, contact_force / IMPULSE_UNIT)
@@ -77,7 +77,7 @@ class Library:
         generator = casadi.CodeGenerator(f"{name}.c")
         ode = derivative(equations, *arguments)
         generator.add(casadi.Function(name, arguments, [ode], ["t", "y", "p"], ["ode"]))
-        # CasADi finds the Jacobian by name and signature; those by t and p are not asked for.
+        # CasADi finds the Jacobian by name and signature; it does not ask for those by t and p.
         generator.add(
             casadi.Function(
                 f"jac_{name}",
@@ -93,7 +93,7 @@ class Library:
         self.load()
 
     def load(self) -> None:
-        """The function; also in another process."""
+        """Loads the function; also in another process."""
         self.function = casadi.external(f"contact_{self.kind.name}", str(self.path))
 
     def __getstate__(self) -> dict[str, object]:
@@ -110,7 +110,7 @@ class Library:
 
     @staticmethod
     def parameters(contact_pass: Pass) -> np.ndarray:
-        """p."""
+        """Returns p."""
         return np.array(
             [
                 contact_pass.rate_rad_s,
@@ -157,7 +157,7 @@ class Contact:
         )
 
     def run(self) -> tuple[float, float]:
-        """Seconds, and the impulse p_n in N s."""
+        """Returns seconds, and the impulse p_n in N s."""
         start = time.perf_counter()
         end = self._integrator(x0=self._start, p=self._parameters)["xf"]
         seconds = time.perf_counter() - start

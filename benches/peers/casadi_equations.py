@@ -1,6 +1,6 @@
 """The chain's equations in CasADi, with dense matrices, in the plane and in space.
 
-Both leave two functions of (t, y, p). y is (q, q̇, ∫ F_n dt) in units that fit (`RATE_UNIT`,
+Each chain has two functions of (t, y, p). y is (q, q̇, ∫ F_n dt) in units that fit (`RATE_UNIT`,
 `IMPULSE_UNIT`); p is (ω, β_0, a_e), so that one library serves every contact.
 
 `motion` gives M, f, q̇ and F_n, with M q̈ = f. `tangents` gives −∂(M q̈ − f)/∂(q, q̇) and ∂F_n/∂q for
@@ -45,8 +45,8 @@ class Planar:
         penetrations = casadi.fmax(0, depth - cases.TOOL_RADIUS_M - stated.nodes[1, 1:].T)
         contact_energy = cases.CONTACT_STIFFNESS_N_M / 2 * casadi.sumsqr(penetrations)
         contact_force = cases.CONTACT_STIFFNESS_N_M * casadi.sum1(penetrations)
-        # Inertia by Appell's equations, the same in other words: O(n) operations, where the second
-        # derivatives of E_kin take O(n²).
+        # Appell's equations give the same inertia in O(n) operations, where the second derivatives
+        # of E_kin take O(n²).
         motion = angles, rates, accelerations
         appell = self._appell_function(angle, rate, *motion)
         residual = (
@@ -192,7 +192,7 @@ class ChainExpressions:
             "joint_stiffness": casadi.DM(filament.stiffnesses_n_m),
             "joint_damping": casadi.DM(filament.dampings_n_m_s),
             "relaxed_angle": casadi.DM.zeros(SEGMENTS),
-            # It leaves the equations, see segment_chain.py.
+            # ṙ_0 drops out of the equations, see segment_chain.py.
             "root_velocity": casadi.SX.zeros(3),
         }
         self.q, self.v = self._arguments["q"], self._arguments["v"]

@@ -1,4 +1,4 @@
-"""The measurements of run.py: takes turns between Bristle and the others, and prints one table.
+"""The measurements of run.py: alternates between Bristle and other codes, and prints one table.
 
 Every time is the median over rounds; in each round everything of a group is measured once, so a
 slow spell of the machine meets all. A ratio is the median over the rounds of the ratio within one.
@@ -34,11 +34,11 @@ if TYPE_CHECKING:
 # Peers' lines begin with these names; the first is asked for its version.
 PACKAGES = ("casadi", "mujoco", "numpy", "pin")
 
-# Of the largest acceleration: tests/bristle/reference.rs asserts this of the same comparison.
+# Largest difference over the largest acceleration, as in tests/bristle/reference.rs.
 AGREEMENT = 1e-11
 # MuJoCo factorises M, whose condition costs digits; and its rods on two hinges have a small inertia about their axes.
 MUJOCO_AGREEMENT = {"spherical": 1e-7, "universal": 1e-6}
-# To the bit.
+# Equal to the bit.
 BATCH_AGREEMENT = 1e-15
 
 
@@ -60,14 +60,14 @@ class Line:
         return median(self.values)
 
     def cells(self) -> list[str]:
-        """Of the table, without its first."""
+        """Returns the cells of the table, without the first one."""
         if not self.values:
             return [self.name, "", "", self.note]
         ratio = f"{median(self.ratios):.3g}" if self.ratios else ""
         return [self.name, shown(self.value), ratio, self.note]
 
     def record(self) -> dict[str, object]:
-        """For --json."""
+        """Returns the line for --json."""
         record: dict[str, object] = {"name": self.name, "remarks": self.note}
         if self.values:
             record |= {"unit": "s", "median": self.value, "rounds": self.values}
@@ -84,7 +84,7 @@ class Group:
     lines: list[Line] = field(default_factory=list)
 
     def rows(self) -> str:
-        """Of the table."""
+        """Returns the rows of the table."""
         text = ""
         for i, line in enumerate(self.lines):
             text += f"| {' | '.join([self.title if i == 0 else '', *line.cells()])} |\n"
@@ -95,7 +95,7 @@ HEADER = "| what | code | median | ratio | remarks |\n|---|---|---:|---:|---|\n"
 
 
 def shown(seconds: float) -> str:
-    """Three digits, in a unit that fits."""
+    """Formats three digits, in a unit that fits."""
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
         if seconds >= size:
             return f"{seconds / size:.3g} {unit}"
@@ -118,12 +118,12 @@ def interleaved(measured: Sequence[Measured], rounds: int) -> list[Line]:
 
 
 def shortest(seconds: Callable[[], float]) -> float:
-    """Of some passes: what variants are chosen by."""
+    """Returns the shortest time of some passes, by which variants are chosen."""
     return min(seconds() for _ in range(5))
 
 
 def timed(calls: int, function: Callable[..., object], *arguments: object) -> Callable[[], float]:
-    """Measures the seconds that a call takes, of so many."""
+    """Measures the seconds of a call, as the mean of `calls`."""
 
     def seconds() -> float:
         start = time.perf_counter()
@@ -135,14 +135,14 @@ def timed(calls: int, function: Callable[..., object], *arguments: object) -> Ca
 
 
 class Peers:
-    """The lines of a group, as far as they can be had."""
+    """The available lines of a group."""
 
     def __init__(self) -> None:
         self.measured: list[Measured] = []
         self.left_out: list[Line] = []
 
     def add(self, name: str, prepare: Callable[[], list[Measured]]) -> None:
-        """The lines that `prepare` makes, or one that tells why there are none."""
+        """Adds the lines that `prepare` makes, or one with the reason for their absence."""
         progress(f"preparing {name}")
         try:
             self.measured += prepare()
@@ -152,12 +152,12 @@ class Peers:
             self.left_out.append(Line(name, f"left out: {type(error).__name__}: {reason}"))
 
     def group(self, title: str, first: Measured, rounds: int) -> Group:
-        """Measures them in turns with the first line, and adds those that there are not."""
+        """Measures the lines in turns with the first one, and adds the missing ones."""
         return Group(title, interleaved([first, *self.measured], rounds) + self.left_out)
 
 
 def progress(text: str) -> None:
-    """To standard error: the table is the output."""
+    """Writes to standard error: the table is the output."""
     print(f"peers: {text}", file=sys.stderr, flush=True)
 
 
@@ -319,7 +319,7 @@ def accelerations(setup: Setup) -> list[Group]:
 def pinocchio_accelerations(
     setup: Setup, at: State, ours: "np.ndarray"
 ) -> tuple[list[Measured], Callable[[], float]]:
-    """From C++ where it could be compiled, and from Python."""
+    """Measures from C++ where it could be compiled, and from Python."""
     import pinocchio
     from pinocchio_chain import JOINTS, problem
 
@@ -373,7 +373,7 @@ def pinocchio_accelerations(
 
 
 def mujoco_accelerations(at: State, ours: "np.ndarray") -> list[Measured]:
-    """Two hinges a node, or ball joints: the faster one."""
+    """Measures two hinges a node or ball joints, whichever is faster."""
     import mujoco
     import numpy as np
     from mujoco_chain import chain_at
@@ -405,15 +405,15 @@ def mujoco_accelerations(at: State, ours: "np.ndarray") -> list[Measured]:
 
 
 CASE: Case = (10.0, 1.0e-3)
-# Of p_n.
+# Largest relative error of p_n.
 ACCURACY = 1e-3
-# From tight to loose, in steps of √10.
+# Tolerances from tight to loose, in steps of √10.
 TOLERANCES = [10 ** (-k / 2) for k in range(12, 3, -1)]
 # A tolerance for which CasADi's time is measured, too.
 TIGHT = 1e-7
-# From small to large, in s; codes with a fixed step get finer ones to choose from.
+# Fixed steps from small to large, in s, in finer ratios than the tolerances.
 STEPS = [10 ** (-6 + k / 8) for k in range(17)]
-# Of a tolerance or a step: seconds, and p_n in N s.
+# Seconds and p_n in N s at a tolerance or a step.
 Pass = Callable[[float], tuple[float, float]]
 
 
@@ -517,21 +517,21 @@ def one_contact(setup: Setup) -> list[Group]:
 
 # Segments and columns of rows of filaments that touch each other.
 ROWS = ((8, 60), (25, 60))
-# The columns whose p_n changes no more from column to column.
+# Columns whose p_n no longer changes from column to column.
 PLATEAU = slice(20, 45)
-# Of the mean p_n on the plateau, or of the p_n of each filament, against the code's own limit.
+# Error of the mean p_n on the plateau, or of each p_n, against the code's own limit.
 ROW_ACCURACY = 2e-2
 # Steps of MuJoCo in s and tolerances of Bristle, from small to large; the first one gives the limit.
 ROW_STEPS = [2e-6, *(10 ** (-6 + k / 8) for k in range(4, 19))]
 ROW_TOLERANCES = [1e-5, *(10 ** (-4 + k / 4) for k in range(13))]
 
-# Of a step or tolerance: seconds, and the p_n of each column in N s.
+# Seconds and the p_n of each column in N s at a step or tolerance.
 RowRun = Callable[[float], tuple[float, "np.ndarray"]]
 
 
 @dataclass
 class RowPeer:
-    """A code whose rows are measured, and what it computed so far, by step or tolerance."""
+    """A code whose rows are measured, and its results so far, by step or tolerance."""
 
     run: RowRun
     limit: "np.ndarray"
@@ -540,7 +540,7 @@ class RowPeer:
     computed: dict[float, tuple[float, "np.ndarray"]] = field(default_factory=dict)
 
     def errors(self, step: float) -> tuple[float, float]:
-        """Of the mean on the plateau, and the largest of a filament."""
+        """Returns the error of the mean on the plateau, and the largest one of a filament."""
         if step not in self.computed:
             self.computed[step] = self.run(step)
         _, impulses = self.computed[step]
@@ -548,8 +548,10 @@ class RowPeer:
         return abs(float(mean)), float(abs(impulses / self.limit - 1).max())
 
     def line(self, name: str, note: str, kind: int) -> Measured:
-        """Accurate in the mean if `kind` is 0, in each filament if it is 1. Of the accurate steps,
-        up to the first one that is not, the one that was fastest."""
+        """Measures at the fastest of the accurate steps before the first inaccurate one.
+
+        Accurate means in the mean if `kind` is 0, in each filament if it is 1.
+        """
         accurate, reached = [], float("inf")
         for step in self.values[1:]:
             reached = min(reached, self.errors(step)[kind])
@@ -592,7 +594,7 @@ def row(setup: Setup, segments: int, columns: int) -> list[Group]:
 
     @cache
     def of_mujoco() -> tuple[np.ndarray, str]:
-        """Its limit, and a remark on that."""
+        """Returns the limit of MuJoCo, and a remark on it."""
         from mujoco_chain import warnings_off
         from mujoco_row import Row, Touch
 
@@ -604,7 +606,7 @@ def row(setup: Setup, segments: int, columns: int) -> list[Group]:
 
     @cache
     def mujoco_row(filaments_are_springs: bool, workpiece_is_spring: bool) -> tuple[RowPeer, str]:
-        """With the fastest solver, at a step that suits all; and remarks."""
+        """Returns a row with the fastest solver, at a step that suits all; and remarks."""
         from mujoco_row import SOLVERS, Row, Touch
 
         own, note = of_mujoco()
@@ -616,7 +618,7 @@ def row(setup: Setup, segments: int, columns: int) -> list[Group]:
             motion = Row(CASE, segments, columns, step, touch, solver).run()
             return motion.seconds, motion.impulses_n_s
 
-        # In turns, so that a slow spell of the machine meets all.
+        # Solvers take turns, so that a slow spell of the machine meets all.
         tried = [(of_row(ROW_STEPS[2], solver)[0], solver) for _ in range(3) for solver in SOLVERS]
         solver = min(tried)[1]
         peer = RowPeer(lambda step: of_row(step, solver), own, ROW_STEPS, "step {:.2g} s")
@@ -643,7 +645,7 @@ def row(setup: Setup, segments: int, columns: int) -> list[Group]:
 
 @cache
 def casadi_library(directory: Path, kind: str) -> "Library":
-    """Compiled at first use."""
+    """Returns the library, compiled at first use."""
     from casadi_contact import Library
     from casadi_equations import Planar, Spatial
 
@@ -652,7 +654,7 @@ def casadi_library(directory: Path, kind: str) -> "Library":
 
 @cache
 def fastest_linear_solver(library: "Library") -> str:
-    """The one with the shortest of five passes, at a moderate tolerance."""
+    """Returns the solver with the shortest of five passes, at a moderate tolerance."""
     from casadi_contact import LINEAR_SOLVERS, Contact
 
     def seconds(solver: str) -> float:
@@ -665,10 +667,10 @@ def fastest_linear_solver(library: "Library") -> str:
 # ---------------------------------------------------------------------------- the study
 
 
-# Every so many of the 120 cases are timed on the peer unless --full asks for all; with 11 each
-# depth and almost each velocity comes up. It must be accurate in all of them, as Bristle is.
+# Stride through the 120 cases that the peer is timed on, without --full; with 11 each depth and
+# almost each velocity occurs. The peer must be accurate in all of them, as Bristle is.
 STRIDE = 11
-# Of p_n; the other tolerances are held against it.
+# Tolerance of the p_n with which other tolerances are compared.
 STUDY_REFERENCE = 1e-8
 
 _library_of_worker: list["Library"] = []

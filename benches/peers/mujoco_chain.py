@@ -22,7 +22,7 @@ from paper_case import SEGMENTS, Case, Pass
 from cases import BODY_RADIUS_M, CONTACT_STIFFNESS_N_M, Filament
 
 IMPEDANCE = 1e-4
-# Of a node; the plane is moved by as much.
+# Radius of a node; the plane is moved by as much.
 NODE_RADIUS_M = 1e-6
 # MuJoCo refuses bodies without inertia about an axis; 1 / 200 of that across the rod.
 LEAST_INERTIA_KG_M2 = 2e-15
@@ -127,7 +127,7 @@ class Contact:
             make_spring(self._model, pair, CONTACT_STIFFNESS_N_M)
 
     def run(self) -> tuple[float, float]:
-        """Seconds, and p_n in N s."""
+        """Returns seconds, and p_n in N s."""
         model, data = self._model, mujoco.MjData(self._model)
         data.qpos[0], data.qvel[0] = self._pass.start_angle_rad, self._pass.rate_rad_s
         steps, step, total = round(self._pass.end_s / self._step_s), mujoco.mj_step, 0.0
@@ -141,5 +141,5 @@ class Contact:
 
 
 def warnings_off() -> None:
-    """Steps that are too large are tried too; what comes of them is seen in p_n."""
+    """Turns warnings off: steps that are too large are tried too, and show in p_n."""
     mujoco.set_mju_user_warning(lambda _: None)

@@ -32,14 +32,14 @@ from paper_case import Case, Pass
 # From derivations, which paper_case puts on the path.
 from cases import BODY_RADIUS_M, CONTACT_STIFFNESS_N_M, DIAMETER_M, LENGTH_M, Filament
 
-# Around the tool.
+# Filaments around the tool.
 FILAMENTS = 682
 PITCH_RAD = 2 * math.pi / FILAMENTS
 # k_l, of filaments on each other.
 STIFFNESS_N_M2 = 6e7
-# Of a segment with those of the neighbour.
+# Contacts of a segment with those of the neighbour.
 CAPSULE_CONTACTS = 3
-# Steps between which Python gets hold of the results.
+# Number of steps after which Python reads the results.
 STEPS_AT_ONCE = 256
 JOINTS = "one hinge, planar"
 SOLVERS = ("Newton", "CG", "PGS")
@@ -47,7 +47,7 @@ SOLVERS = ("Newton", "CG", "PGS")
 
 @dataclass(frozen=True)
 class Touch:
-    """How a row touches: shapes of filaments, and which contacts are springs."""
+    """Contact of a row: shapes of filaments, and contacts that are springs."""
 
     shape: str = "capsules"
     filaments_are_springs: bool = True
@@ -58,7 +58,7 @@ class Touch:
 
 @dataclass(frozen=True)
 class Motion:
-    """What each filament does; one value a column."""
+    """Motion of each filament; one value a column."""
 
     seconds: float
     impulses_n_s: np.ndarray
@@ -97,7 +97,7 @@ def segment_xml(filament: Filament, column: int, k: int, points: int) -> str:
 
 
 def neighbours_xml(segments: int, column: int, points: int) -> str:
-    """What touches between a column and the next."""
+    """Pairs that may touch between a column and the next."""
     pairs = ""
     for k in range(segments):
         for other in range(max(k - 1, 0), min(k + 2, segments)):
@@ -110,7 +110,7 @@ def neighbours_xml(segments: int, column: int, points: int) -> str:
 
 
 def sensors_xml(segments: int, column: int) -> str:
-    """Force of a filament on the workpiece in x, y, z, and where its tip is."""
+    """Force of a filament on the workpiece in x, y, z, and the position of its tip."""
     return (
         f'<contact subtree1="clamp_{column}" geom2="workpiece" num="1" data="force" '
         'reduce="netforce"/>'
@@ -161,7 +161,7 @@ class Row:
                 self._model.pair_solref[pair] = [2 * step_s, 1.0]
 
     def run(self) -> Motion:
-        """The whole row: until the last column has passed."""
+        """Runs the row until the last column has passed."""
         model, data, at = self._model, mujoco.MjData(self._model), self._pass
         rate, step_s = at.rate_rad_s, model.opt.timestep
         starts = at.start_angle_rad - PITCH_RAD * np.arange(self._columns)
@@ -182,7 +182,7 @@ class Row:
             rollout.rollout(model, data, state, nstep=count, state=ends, sensordata=values)
             seconds += time.perf_counter() - start
             state = ends[0, -1].copy()
-            # Those of the start of each step.
+            # Values are those of the start of each step.
             values = values.reshape(count, self._columns, 6)
             forces[first : first + count] = np.abs(values[:, :, 1])
             tips[first : first + count] = values[:, :, 3:5]

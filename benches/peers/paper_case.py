@@ -22,7 +22,7 @@ Case = tuple[float, float]
 
 
 class Pass(PassOfCase):
-    """One pass of a filament over the workpiece, and what follows from v_b and a_e."""
+    """One pass of a filament over the workpiece, given by v_b and a_e."""
 
     def __init__(self, case: Case) -> None:
         super().__init__("paper", *case)

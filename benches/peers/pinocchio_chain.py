@@ -19,13 +19,13 @@ from paper_case import State
 import reference_aba
 from cases import Filament
 
-# As pinocchio_aba.cpp names them.
+# Names of pinocchio_aba.cpp.
 JOINTS = ("spherical", "universal", "revolutes")
 
 
 @dataclass(frozen=True)
 class Problem:
-    """What the articulated-body algorithm gets."""
+    """Input of the articulated-body algorithm."""
 
     joints: str
     model: pinocchio.Model
@@ -50,7 +50,7 @@ class Problem:
         return " ".join(repr(float(x)) for x in (*self.q, *self.v, *self.tau))
 
     def coordinates(self, joint_accelerations: np.ndarray, state: State) -> np.ndarray:
-        """φ̈_1, θ̈_1, … that belong to them."""
+        """φ̈_1, θ̈_1, … of the joint accelerations."""
         data = self.model.createData()
         pinocchio.forwardKinematics(self.model, data, self.q, self.v, joint_accelerations)
         world, result = pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED, []

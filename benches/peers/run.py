@@ -1,10 +1,10 @@
 """Times of Bristle beside those of other codes on the same chain and the same contact: one table.
 
-What enters: nothing but this repository, the registries of Rust and Python, a C and a C++ compiler.
-What leaves: a table in Markdown, printed and written to --out, and all rounds as JSON to --json.
+Input: this repository, the registries of Rust and Python, a C and a C++ compiler.
+Output: a table in Markdown, printed and written to --out, and all rounds as JSON to --json.
 
 This makes the virtual environment and builds the programs, below Cargo's target directory;
-measure.py measures. What is missing on this machine costs its lines of the table, and is told.
+measure.py measures. Programs that are missing on this machine are reported and have no lines.
 
 Run from anywhere:
 
@@ -27,7 +27,7 @@ LEAST_PYTHON = (3, 11)
 
 GROUPS = ("accelerations", "contact", "row", "study")
 
-# Of libpinocchio's CMake configuration.
+# Flags of libpinocchio's CMake configuration.
 PINOCCHIO_FLAGS = (
     "-DBOOST_MPL_LIMIT_LIST_SIZE=30",
     "-DBOOST_MPL_LIMIT_VECTOR_SIZE=30",
@@ -42,12 +42,12 @@ PINOCCHIO_BUILDS = {
 
 
 def tell(text: str) -> None:
-    """To standard error: the table is the output."""
+    """Writes to standard error: the table is the output."""
     print(f"peers: {text}", file=sys.stderr, flush=True)
 
 
 def environment(directory: Path) -> Path:
-    """Python of a virtual environment with the pinned packages, as far as there are any for it."""
+    """Returns the Python of a virtual environment with the available pinned packages."""
     python = directory / "bin" / "python"
     requirements = (HERE / "requirements.txt").read_text(encoding="utf-8")
     stamp = directory / "installed.txt"
@@ -62,7 +62,8 @@ def environment(directory: Path) -> Path:
     if subprocess.run([*install, "-r", HERE / "requirements.txt"], check=False).returncode == 0:
         stamp.write_text(requirements, encoding="utf-8")
         return python
-    # Not all can be had: each on its own, the others as constraints. Tried again in the next run.
+    # Some may be unavailable: each is installed on its own, with the others as constraints. The
+    # next run tries again.
     for requirement in requirements.split():
         command = [*install, requirement, "-c", HERE / "requirements.txt"]
         if subprocess.run(command, check=False).returncode:
@@ -71,7 +72,7 @@ def environment(directory: Path) -> Path:
 
 
 def bristle() -> Path:
-    """Bristle's timing program, built as a release."""
+    """Builds Bristle's timing program as a release."""
     if shutil.which("cargo") is None:
         sys.exit("cargo is not installed: https://rustup.rs")
     tell("building Bristle")
@@ -85,7 +86,7 @@ def bristle() -> Path:
 
 
 def pinocchio_loops(python: Path, directory: Path) -> list[Path]:
-    """The timing programs of Pinocchio, as far as the package's headers serve here."""
+    """Builds the timing programs of Pinocchio, as far as the package's headers allow."""
     where = [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]
     packages = Path(
         subprocess.run(where, check=True, stdout=subprocess.PIPE, text=True).stdout.strip()
@@ -93,7 +94,7 @@ def pinocchio_loops(python: Path, directory: Path) -> list[Path]:
     prefix, source = packages / "cmeel.prefix", HERE / "pinocchio_aba.cpp"
     programs = []
     for name, flags in PINOCCHIO_BUILDS.items():
-        # Beside the packages, whose library it needs: it goes where they go.
+        # The program is beside the packages, whose library it needs.
         program, log = packages / name, directory / f"{name}.log"
         if not program.exists() or program.stat().st_mtime < source.stat().st_mtime:
             tell(f"compiling {name}, a minute")
@@ -117,7 +118,7 @@ def pinocchio_loops(python: Path, directory: Path) -> list[Path]:
 
 
 def main() -> None:
-    """Command line."""
+    """Runs the command line."""
     parser = argparse.ArgumentParser(description="Measure Bristle and its peers; print one table.")
     parser.add_argument("--out", type=Path, help="file for the table, beside the standard output")
     parser.add_argument("--json", type=Path, help="file for all rounds")

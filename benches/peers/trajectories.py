@@ -1,7 +1,7 @@
 """A row of filaments that touch, by MuJoCo.
 
-What enters: the constants of paper_case.py and the input of derivations/cases.py.
-What leaves: tests/data/reference_row_mujoco.json in the format of reference_row.json. It has its
+Input: the constants of paper_case.py and the input of derivations/cases.py.
+Output: tests/data/reference_row_mujoco.json in the format of reference_row.json. It has its
 own error, measured by refining.
 
 It needs the environment that run.py makes. Run from the repository root:
@@ -38,7 +38,7 @@ def row_input(stiffness_n_m2: float) -> dict[str, dict[str, object]]:
 
 
 def main() -> None:
-    """Writes the file: what each filament does, with both shapes of filaments."""
+    """Writes the file: motion of each filament, with both shapes of filaments."""
     entries = []
     for name, touch in (
         ("points", Touch("points")),

@@ -101,7 +101,7 @@ impl BentFilament {
         }
     }
 
-    /// The same in the plane.
+    /// The filament moving in the plane.
     fn planar(segments: usize) -> Self {
         let mut motion = Self::new(segments);
         for (q, v) in motion.q.iter_mut().zip(&mut motion.v) {
@@ -139,7 +139,7 @@ fn accelerations(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Many states side by side; the time is per state.
+/// Times accelerations of many states side by side, per state.
 fn batched_accelerations(
     group: &mut criterion::BenchmarkGroup<'_, criterion::measurement::WallTime>,
     segments: usize,

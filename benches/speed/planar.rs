@@ -67,7 +67,7 @@ pub fn study(settings: &[Settings], form: fn(Pass) -> Pass) {
     );
 }
 
-/// Both forms of the equations at one state, or at the same one in every lane.
+/// Compares both forms of the equations at one state, which is the same in every lane.
 fn forms<T: Compiled>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, motion: &BentFilament) {
     let lanes = |blocks: &[[f64; 2]]| {
         blocks
@@ -105,7 +105,7 @@ fn forms<T: Compiled>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, moti
     );
 }
 
-/// Eight states in a batch, with the states gathered into lanes, against eight of them one by one.
+/// Compares eight states in a batch, gathered into lanes, with eight states one by one.
 fn lanes(group: &mut BenchmarkGroup<'_, WallTime>, motion: &BentFilament) {
     let BentFilament {
         clamp,
@@ -163,7 +163,7 @@ pub fn compare<'a>(
             total
         });
     });
-    // A filter may have left it out.
+    // A filter may exclude the benchmark.
     if shortest[0] < Duration::MAX {
         let [fast, slow] = shortest.map(|time| time.as_secs_f64());
         println!(

@@ -16,7 +16,7 @@ pub fn workpieces(criterion: &mut Criterion) {
     let plane = contacts(|_| ());
     let of_kind = |kind: WorkpieceKind| contacts(|settings| settings.workpiece.kind = kind.clone());
     let middle = f64::from(POINTS - 1) / 2.0;
-    // So flat that the motion is that on the plane.
+    // The spline is so flat that the motion is that on the plane.
     let spline = (0..POINTS)
         .map(|i| [5e-3 * (f64::from(i) - middle), 1e-6 * f64::from(i % 2)])
         .collect();
@@ -60,7 +60,7 @@ pub fn workpieces(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// The paper's 120 contacts, changed.
+/// The paper's 120 contacts after `change`.
 pub fn contacts(change: impl Fn(&mut Settings)) -> Vec<Settings> {
     let velocities = (1..=12).map(|i| 2.5 * f64::from(i));
     let contacts = velocities.flat_map(|velocity| {

@@ -1,8 +1,7 @@
 //! Two derivations of the same kernels, compared at random states.
 //!
-//! The result is, for each output, the largest difference between the values of the two. A state
-//! gives values to the symbols, which both sides name alike; neither side sees the expressions of
-//! the other.
+//! The result is the largest difference between the two values of each output. A state gives values
+//! to the symbols, which both sides name alike. Neither side sees the expressions of the other.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -16,7 +15,7 @@ use crate::ir::unit::Unit;
 use crate::model::chain::Motion;
 use crate::model::whole::NAMES;
 
-/// How well one output agrees.
+/// Deviation of an output.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Deviation {
     /// Name of the kernel.
@@ -25,28 +24,28 @@ pub struct Deviation {
     pub output: String,
     /// Number of elements of the output.
     pub elements: usize,
-    /// Over all states, the largest difference of an element, relative to the size of the output;
+    /// Largest difference of an element over all states, relative to the size of the output;
     /// infinite where one side is not finite.
     ///
-    /// The size is that of the largest element at the state, but at least [`LEAST_SHARE`] of that
-    /// at any state: where an output almost vanishes, the terms that cancel in it carry its
-    /// rounding. The size of an output that vanishes at every state is 1, because all quantities
-    /// are of order one.
+    /// The size is the largest element at the state, but at least [`MIN_SHARE`] of the largest at
+    /// any state. Where an output almost vanishes, the terms that cancel in it carry its rounding.
+    /// The size of an output that vanishes at every state is 1, because all quantities are of order
+    /// one.
     pub largest: f64,
 }
 
-/// Two derivations agree if no output deviates by more: some thousand roundings, for sums of
-/// hundreds of terms and joints bent by at most 1.8 rad. Over 200 seeds of 1000 states the
-/// committed graphs deviate by up to 2.5e-13.
+/// Largest deviation of derivations that agree: some thousand roundings, for sums of hundreds of
+/// terms and joints bent by at most 1.8 rad. Over 200 seeds of 1000 states the committed graphs
+/// deviate by up to 2.5e-13.
 pub const TOLERANCE: f64 = 1e-12;
 
-/// Least share of an output's size over all states that it is measured by.
-pub const LEAST_SHARE: f64 = 1e-3;
+/// Least size that differences are relative to, over the output's size over all states.
+pub const MIN_SHARE: f64 = 1e-3;
 
-/// An argument may deviate from its expected value by some roundings of a sine.
-const SAME_ARGUMENT: f64 = 8.0 * f64::EPSILON;
+/// Largest deviation of an argument from its expected value: some roundings of a sine.
+const MAX_DEVIATION: f64 = 8.0 * f64::EPSILON;
 
-/// Which states are drawn.
+/// Selection of random states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum States {
     /// Straight, slightly bent, and strongly bent states in turn.
@@ -55,15 +54,14 @@ pub enum States {
     Bent,
 }
 
-/// Least and largest change of a coordinate from one side of a joint to the other, in rad, of the
-/// states drawn in turn.
+/// Least and largest change of a coordinate across a joint, in rad, of the states drawn in turn.
 ///
 /// The series of `S` serves most of the second and third, the closed form most of the last. Smaller
 /// bends than these make the energy of a spring ill-conditioned in the angles; none at all is
 /// exact.
 const BENDS: [[f64; 2]; 4] = [[0.0, 0.0], [0.0, 0.05], [0.0, 0.3], [0.0, 1.2]];
 
-/// The same for [`States::Bent`]: `½ arccos²(c)` loses `1/α²` roundings.
+/// Bends of [`States::Bent`], in rad: `½ arccos²(c)` loses `1/α²` roundings.
 const STRONG_BENDS: [[f64; 2]; 2] = [[0.2, 0.4], [0.4, 1.2]];
 
 /// Evaluates `found` and `expected` at `states` random states and returns the deviations in the
@@ -112,7 +110,7 @@ pub fn compare(
         for (output, sizes) in expected.outputs.iter().zip(sizes) {
             let least = match sizes.iter().map(|size| size.largest).fold(0.0, f64::max) {
                 0.0 => 1.0,
-                largest => LEAST_SHARE * largest,
+                largest => MIN_SHARE * largest,
             };
             let relative = |size: &Size| size.difference / size.largest.max(least);
             deviations.push(Deviation {
@@ -153,8 +151,8 @@ pub fn check_signatures(expected: &[Kernel], found: &[Kernel]) -> Result<(), Str
                 return Err(format!(
                     "kernel `{}`: {part} {number} is {}, but should be {}",
                     expected.name,
-                    shown(&found_part, SHOWN),
-                    shown(&expected_part, SHOWN)
+                    shown(&found_part, MAX_CHARS),
+                    shown(&expected_part, MAX_CHARS)
                 ));
             }
         }
@@ -162,8 +160,8 @@ pub fn check_signatures(expected: &[Kernel], found: &[Kernel]) -> Result<(), Str
     Ok(())
 }
 
-/// Characters of an input or output that an error shows.
-const SHOWN: usize = 200;
+/// Maximum characters of an input or output in an error.
+const MAX_CHARS: usize = 200;
 
 /// The first place at which two lists differ, counted from 1, with the two entries.
 fn first_difference(
@@ -222,7 +220,7 @@ fn check_arguments(
             values[expected_node.index()],
             found_values[found_node.index()],
         );
-        if (value - other).abs() > SAME_ARGUMENT * value.abs().max(1.0) {
+        if (value - other).abs() > MAX_DEVIATION * value.abs().max(1.0) {
             return Err(format!(
                 "kernel `{}`: the argument `{element}` stands for another quantity than in the model",
                 expected.name
@@ -278,8 +276,7 @@ fn size(expected: &Output, expected_values: &[f64], found: &Output, found_values
     size
 }
 
-/// True if the arguments of `kernel` have no polar angle: it is for motion in the plane of
-/// rotation.
+/// `true` if the arguments of `kernel` have no polar angle: the motion is planar.
 fn is_planar(kernel: &Kernel) -> bool {
     let mut names = kernel
         .inputs
@@ -289,11 +286,11 @@ fn is_planar(kernel: &Kernel) -> bool {
     names.all(|name| !name.contains("phi") || name.starts_with(VARIATION))
 }
 
-/// How the names of the lateral variations of a planar motion begin.
+/// Prefix of the names of lateral variations of a planar motion.
 const VARIATION: &str = "phi_variation";
 
-/// A state of `kernel`: directions that follow each other with bends of the sizes `bend`, unit
-/// clamp vectors, positive constants.
+/// Draws a state of `kernel`: directions that follow each other with bends of the sizes `bend`,
+/// unit clamp vectors, positive constants.
 fn random_point(kernel: &Kernel, bend: [f64; 2], rng: &mut Rng) -> Vec<f64> {
     let symbols = kernel.graph.symbols();
     let azimuth = symmetric(PI, rng);
@@ -304,7 +301,7 @@ fn random_point(kernel: &Kernel, bend: [f64; 2], rng: &mut Rng) -> Vec<f64> {
     };
     let mut angles = [polar, azimuth];
     // A straight state has no relaxed angles, so that it is straight to the last bit.
-    let relaxed = if bend[1] > 0.0 { RELAXED } else { 0.0 };
+    let relaxed = if bend[1] > 0.0 { MAX_RELAXED } else { 0.0 };
     let clamp = clamp_vectors(angles, symmetric(relaxed, rng), rng);
     let mut relaxed_angles = BTreeMap::new();
     let mut values = Vec::with_capacity(symbols.len());
@@ -344,22 +341,22 @@ fn symmetric(size: f64, rng: &mut Rng) -> f64 {
     size * (2.0 * rng.f64() - 1.0)
 }
 
-/// Below this a sine is close to that of a pole.
-const LEAST_SINE: f64 = 0.4;
+/// Smaller sines are close to that of a pole.
+const MIN_SINE: f64 = 0.4;
 
-/// A coordinate of `angles`, changed by a bend, the other way where it would come close to a pole.
+/// Bends a coordinate of `angles`, the other way where it would come close to a pole.
 fn bent(angles: [f64; 2], coordinate: usize, [least, most]: [f64; 2], rng: &mut Rng) -> f64 {
     let bend = symmetric(most - least, rng);
     let (angle, step) = (angles[coordinate], bend + least.copysign(bend));
-    if coordinate == 0 && (angle + step).sin() < LEAST_SINE {
+    if coordinate == 0 && (angle + step).sin() < MIN_SINE {
         angle - step
     } else {
         angle + step
     }
 }
 
-/// In the order of operations of an expression graph, so that a straight joint is straight to the
-/// last bit.
+/// A direction, with operations in the order of an expression graph, so that a straight joint is
+/// straight to the last bit.
 fn direction([polar, azimuth]: [f64; 2]) -> [f64; 3] {
     [
         polar.sin() * azimuth.cos(),
@@ -379,9 +376,9 @@ const POSITIVE: [&str; 6] = [
 ];
 
 /// Largest relaxed angle of a joint, in rad.
-const RELAXED: f64 = 0.25;
+const MAX_RELAXED: f64 = 0.25;
 
-/// A clamp along the direction of `angles`, which turns, and the same turned about `z` by
+/// A turning clamp along the direction of `angles`, and that clamp turned about `z` by
 /// `relaxed_angle`.
 fn clamp_vectors(
     angles: [f64; 2],
@@ -405,8 +402,7 @@ fn clamp_vectors(
     ]
 }
 
-/// The number of segments and the motion of whole equations, if `kernels` are such; none for other
-/// kernels.
+/// The number of segments and the motion of whole equations; `None` for other kernels.
 pub fn whole_chain(kernels: &[Kernel]) -> Option<(usize, Motion)> {
     let names = || kernels.iter().map(|kernel| kernel.name.as_str());
     let named = |motion: &Motion| names().eq(NAMES.map(|name| motion.name_for(name)));
@@ -501,7 +497,7 @@ mod tests {
         );
     }
 
-    /// The joint angle of each of many states.
+    /// Checks the joint angles of many states.
     #[test]
     fn joints_are_straight_slightly_and_strongly_bent_and_never_near_the_fold() {
         let kernels = kernels().expect("the derivation is sound");

@@ -1,4 +1,4 @@
-//! SHA-256 of texts and of source files, by which a program knows what its results depend on.
+//! SHA-256 of texts and source files, by which a program identifies what its results depend on.
 
 use std::fs;
 use std::io;
@@ -37,7 +37,7 @@ pub fn sources<P: AsRef<Path>>(paths: &[P]) -> io::Result<String> {
     let mut hash = Sha256::new();
     for (name, file) in files {
         let content = fs::read(&file).map_err(|error| at(&file, &error))?;
-        // With their lengths, so that different files never give the same bytes.
+        // Lengths are hashed too, so that different files never give the same bytes.
         for part in [name.as_bytes(), &content] {
             hash.update((part.len() as u64).to_le_bytes());
             hash.update(part);
@@ -46,9 +46,9 @@ pub fn sources<P: AsRef<Path>>(paths: &[P]) -> io::Result<String> {
     Ok(hexadecimal(hash))
 }
 
-/// What decides the results of the package that is being built: its code at and below `source`, and
-/// the versions of `packages` in the lock file `lock`. Tells Cargo to run the build script again if
-/// one of the two changes.
+/// Identifies what decides the results of the package being built: the code at and below `source`,
+/// and the versions of `packages` in the lock file `lock`. Tells Cargo to run the build script
+/// again if one of the two changes.
 ///
 /// # Errors
 /// As for [`locked`] and [`sources`].
@@ -62,8 +62,8 @@ pub fn code(source: &str, lock: &str, packages: &[&str]) -> io::Result<String> {
     Ok(locked(Path::new(lock), packages)? + &sources(&[source])?)
 }
 
-/// The entries of some packages in a `Cargo.lock`, which tell their versions; none if there is no
-/// such file, as outside of the repository.
+/// The entries of `packages` in a `Cargo.lock`, with their versions; empty without such a file, as
+/// outside of the repository.
 ///
 /// # Errors
 /// If the file cannot be read. The message names it.

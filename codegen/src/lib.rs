@@ -4,20 +4,20 @@
 //!
 //! 1. [`ir`]: expressions in a [`ir::graph::Graph`], whose constructors apply the rules of
 //!    [`ir::simplify`], and a function over them, [`ir::kernel::Kernel`];
-//! 2. [`passes`]: [`passes::specialise`] puts in what is known, [`passes::calculus`] differentiates
-//!    expressions, [`passes::normal_form`] reduces them, and [`passes::dimension`] checks their SI
-//!    dimensions;
-//! 3. [`model`]: [`model::chain`] states the energies of a segment and of a joint;
-//!    [`model::lagrange`] derives the dense equations `M q̈ = f` for any number of segments from
-//!    them, which people read, snapshot and compare ([`model::whole`] puts names to them);
+//! 2. [`passes`]: [`passes::specialise`] substitutes known values, [`passes::calculus`]
+//!    differentiates, [`passes::normal_form`] reduces expressions, and [`passes::dimension`] checks
+//!    their SI dimensions;
+//! 3. [`model`]: [`model::chain`] states the energies of a segment and of a joint.
+//!    [`model::lagrange`] derives the dense equations `M q̈ = f` of any number of segments from
+//!    them, which people read, snapshot and compare ([`model::whole`] names the results).
 //!    [`model::kernels`] derives the functions of one segment and one joint, from which the solver
-//!    computes accelerations and implicit steps in O(n), and [`model::lateral`] those of the
-//!    variation of a planar motion out of its plane;
-//! 4. [`back`]: [`back::languages`] emits either form as Rust, [`back::json`] writes and reads JSON.
-//!    `bristle-equations` has other languages, text, LaTeX and Markdown.
+//!    computes accelerations and implicit steps in O(n). [`model::lateral`] derives those of the
+//!    lateral variation of a planar motion;
+//! 4. [`back`]: [`back::languages`] emits either form as Rust, [`back::json`] writes and reads
+//!    JSON. `bristle-equations` has other languages, text, LaTeX and Markdown.
 //!
-//! Energies of one's own enter before Lagrange's equations. This chain of two segments also adheres to
-//! the plane `y = 0`, with an energy that decays over a length `λ`:
+//! User-defined energies enter before Lagrange's equations. This chain of two segments also adheres
+//! to the plane `y = 0`, with an energy that decays over a length `λ`:
 //!
 //! ```
 //! use bristle_codegen::back::languages::rust::emit;
@@ -52,10 +52,10 @@
 //! The dimensions are checked: without the division, the error says that `exp` is defined for
 //! numbers only. `codegen/examples/own_energy/` is a program that integrates such a chain.
 //!
-//! Three tools complete them: [`fingerprint`] hashes texts and sources, [`text`] makes text of files
-//! fit for a message, and [`mod@compare`] evaluates two derivations of the same kernels.
+//! Three tools complete them: [`fingerprint`] hashes texts and sources, [`text`] makes text of
+//! files fit for a message, and [`mod@compare`] evaluates two derivations of the same kernels.
 
-/// What this engine is called where its derivations say what made them.
+/// Name of this engine as the maker of a derivation.
 pub const MAKER: &str = concat!(
     "bristle-codegen ",
     env!("CARGO_PKG_VERSION"),

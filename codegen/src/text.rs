@@ -1,31 +1,31 @@
-//! Text of a file or a path as a message shows it.
+//! Text of a file or a path in the form that a message shows.
 //!
-//! Text of others may be hostile: escape sequences drive a terminal, line feeds forge messages,
-//! overrides of the writing direction disguise a name, and a key may be as long as its file.
-//! Text that enters a message therefore passes through [`shown`].
+//! Text of others may be hostile. Escape sequences drive a terminal, line feeds forge messages,
+//! overrides of the writing direction disguise a name, and a key may be as long as its file. Text
+//! that enters a message therefore passes through [`shown`].
 
 use std::fmt::{self, Display, Formatter, Write};
 use std::path::Path;
 
-/// Longest name or short text in a message, in characters.
-const NAME: usize = 40;
-/// Longest path in a message: longer than people write, shorter than a screen.
-const PATH: usize = 400;
+/// Maximum length of a name or short text in a message, in characters.
+const MAX_NAME_CHARS: usize = 40;
+/// Maximum length of a path in a message: longer than people write, shorter than a screen.
+const MAX_PATH_CHARS: usize = 400;
 
-/// [`shown`], for a name or a short text.
+/// Applies [`shown`] to a name or a short text.
 #[must_use]
 pub fn shortened(text: &str) -> String {
-    shown(text, NAME)
+    shown(text, MAX_NAME_CHARS)
 }
 
-/// [`shown`], for a path. Bytes that are not UTF-8 become `�`.
+/// Applies [`shown`] to a path. Bytes that are not UTF-8 become `�`.
 #[must_use]
 pub fn shown_path(path: &Path) -> String {
-    shown(&path.to_string_lossy(), PATH)
+    shown(&path.to_string_lossy(), MAX_PATH_CHARS)
 }
 
-/// A text for a message: on one line, with every character visible. Of more than `most` characters,
-/// some in the middle give way to `…`, since messages of parsers and paths say the most at their
+/// Prepares a text for a message: on one line, with every character visible. Of more than `most`
+/// characters, `…` replaces the middle, since messages of parsers and paths say the most at their
 /// ends.
 #[must_use]
 pub fn shown(text: &str, most: usize) -> String {
@@ -62,7 +62,7 @@ pub struct Lines<T>(
 
 impl<T: Display> Display for Lines<T> {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
-        /// Passes on what is written to it.
+        /// Escapes what is written to it.
         struct Visible<'a, 'f>(&'a mut Formatter<'f>);
 
         impl Write for Visible<'_, '_> {
@@ -87,8 +87,8 @@ fn write_visible(out: &mut impl Write, text: &str, keep_lines: bool) -> fmt::Res
     Ok(())
 }
 
-/// True for control characters and those that change how others are shown. A reader of emitted code
-/// must see what is there, and the compiler refuses some of them in comments.
+/// `true` for control characters and those that change how others are shown. A reader of emitted
+/// code must see what is there, and the compiler refuses some of them in comments.
 #[must_use]
 pub fn is_invisible(letter: char) -> bool {
     letter.is_control()

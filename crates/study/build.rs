@@ -5,7 +5,7 @@ use std::io;
 
 use bristle_codegen::fingerprint::{code, digest};
 
-/// The packages whose versions affect results.
+/// Packages whose versions affect results.
 const NUMERICAL_PACKAGES: [&str; 3] = ["nalgebra", "sobol_burley", "spec_math"];
 
 fn main() -> io::Result<()> {

@@ -51,11 +51,11 @@ pub const TARGETS: [(&str, Target); 7] = [
     ("checkpoint", checkpoint),
 ];
 
-/// Longest message about bad input, in characters and in lines.
+/// Maximum length of a message about bad input, in characters and in lines.
 const MAX_MESSAGE_CHARS: usize = 4_000;
 const MAX_MESSAGE_LINES: usize = 40;
 
-/// Largest number of segments of which the whole equations are evaluated: derivation takes long.
+/// Maximum number of segments of which the whole equations are evaluated: derivation takes long.
 const MAX_EVALUATED: usize = 3;
 
 /// A study of six quick cases, of which the last three fail.
@@ -88,7 +88,7 @@ penetration_depth_m = [1.0e-3]
 \"contact.stiffness_n_m\" = [1e5, 1e300]
 ";
 
-/// Checks that a message is there, is short, and cannot control the terminal.
+/// Checks that a message is not empty, is short, and cannot control the terminal.
 pub fn assert_presentable(message: &str) {
     let is_invisible = |letter: char| {
         letter != '\n' && letter.is_control()
@@ -110,8 +110,8 @@ fn refused(error: impl ToString) -> String {
     message
 }
 
-/// Checks a graph: what is read is valid, can be evaluated, emitted as Rust, compared with the
-/// derivation, and written and read again with the same bytes.
+/// Checks a graph: it is valid, can be evaluated, emitted as Rust and compared with the derivation,
+/// and keeps its bytes when it is written and read again.
 pub fn graph(bytes: &[u8]) -> Result<(), String> {
     let text = String::from_utf8_lossy(bytes);
     let file = from_json(&text).map_err(refused)?;
@@ -146,8 +146,8 @@ pub fn graph(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks an input file: accepted settings and studies are allowed, and are the same in an input
-/// file and in a result file.
+/// Checks an input file: accepted settings and studies are allowed, and are equal in an input file
+/// and in a result file.
 pub fn input(bytes: &[u8]) -> Result<(), String> {
     let text = String::from_utf8_lossy(bytes);
     read_input(&text, &[]).map_err(refused)
@@ -220,7 +220,7 @@ fn settings_read_back(settings: &Settings) {
     if let Some(process) = value["process"].as_object_mut()
         && settings.process.tool_force_n.is_some()
     {
-        // An input file gives the force or the depth.
+        // An input file states either the force or the depth.
         process.remove("penetration_depth_m");
     }
     let written = toml(&value, true);
@@ -240,8 +240,8 @@ fn study_reads_back(study: &Study, measured: bool) {
     }
 }
 
-/// Checks a state of a filament: what is read is the same when it is written and read again, and
-/// its evaluation is finite.
+/// Checks a state of a filament: it is the same when it is written and read again, and its
+/// evaluation is finite.
 pub fn state(bytes: &[u8]) -> Result<(), String> {
     let state = parse_state(&String::from_utf8_lossy(bytes)).map_err(refused)?;
     let written = json!({
@@ -264,7 +264,7 @@ pub fn state(bytes: &[u8]) -> Result<(), String> {
 }
 
 /// Checks tables of numbers: measured forces, radii and control points. Accepted forces and points
-/// are the same when they are written and read again; the comparison with a study is finite and
+/// are the same when they are written and read again. The comparison with a study is finite and
 /// bounded.
 pub fn tables(bytes: &[u8]) -> Result<(), String> {
     let text = String::from_utf8_lossy(bytes);
@@ -302,7 +302,7 @@ fn assert_compared(forces: &[Measurement]) {
     }
 }
 
-/// `Ok` if a reader accepts, else the message of the first one.
+/// Returns `Ok` if a reader accepts, else the message of the first one.
 fn any<const N: usize>(read: [Result<(), DataError>; N]) -> Result<(), String> {
     let messages: Vec<_> = read
         .into_iter()
@@ -316,8 +316,8 @@ fn any<const N: usize>(read: [Result<(), DataError>; N]) -> Result<(), String> {
     }
 }
 
-/// Checks saved results of studies, contacts and brushes. What is read is the same when it is
-/// written and read again. A file with a digest is accepted only as it was written.
+/// Checks saved results of studies, contacts and brushes. Accepted results are the same when they
+/// are written and read again. A file with a digest is accepted only as it was written.
 pub fn results(bytes: &[u8]) -> Result<(), String> {
     let (text, written) = (expanded(bytes), written());
     let text = String::from_utf8_lossy(&text);
@@ -329,8 +329,8 @@ pub fn results(bytes: &[u8]) -> Result<(), String> {
     let case = read_case(&text, "case.json").map(|read| {
         assert_eq!(read.settings, written.study.settings(0));
     });
-    // Under its own digest any table is parsed to its end; under that of the results only one is
-    // accepted.
+    // Under its own digest any table is parsed to its end; under that of the results only one table
+    // is accepted.
     let runs = [text.as_bytes(), written.runs().as_bytes()].map(|hashed| {
         let study = study_text(&written.study, hashed, false);
         let study = read_study(&study, "study.json").expect("it was written");
@@ -379,8 +379,8 @@ fn round_trip<T: PartialEq + std::fmt::Debug>(
     Ok(())
 }
 
-/// Checks a journal: each result that is read was written, and what remains after the torn end is
-/// cut off is read as before.
+/// Checks a journal: each accepted result was written. Without the torn end, the rest is read as
+/// before.
 pub fn journal(bytes: &[u8]) -> Result<(), String> {
     let (bytes, Written { study, results, .. }) = (expanded(bytes), written());
     let keys = StudyKeys::new(study);
@@ -395,8 +395,8 @@ pub fn journal(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks a checkpoint: the state that is read is the one that was written. Any bytes that are a
-/// state are the same state when they are written and read again.
+/// Checks a checkpoint: an accepted state is the written one. Any bytes of a state keep their value
+/// when they are written and read again.
 pub fn checkpoint(bytes: &[u8]) -> Result<(), String> {
     if let Some(state) = state_of(bytes) {
         let written = state_bytes(&state);
@@ -412,7 +412,7 @@ pub fn checkpoint(bytes: &[u8]) -> Result<(), String> {
 /// Frames of the brush in [`Written`].
 const FRAMES: usize = 2;
 
-/// Results, and the files that this build writes of them.
+/// Results, and the files that this build writes from them.
 struct Written {
     study: Study,
     results: Vec<CaseResult>,
@@ -449,7 +449,7 @@ fn journal_of(study: &Study, results: &[CaseResult]) -> Vec<u8> {
     (header().to_owned() + &lines.collect::<String>()).into_bytes()
 }
 
-/// A brush of three filaments that touch each other, on its way.
+/// A brush of three filaments that touch each other, before its end.
 fn brush() -> (Settings, Checkpoint) {
     let mut settings = Settings::paper(10.0, 1e-3);
     (settings.filament.segments, settings.tool.filament_count) = (2, 682.0);
@@ -528,8 +528,8 @@ fn written() -> &'static Written {
     })
 }
 
-/// The bytes with each line of the form `@FILE [LINE] [OLD => NEW]` replaced by a file that this
-/// build writes, or one line of it, counted from 1, in which `NEW` stands for the first `OLD`.
+/// Replaces each line of the form `@FILE [LINE] [OLD => NEW]` by a file that this build writes, or
+/// by one line of it, counted from 1, in which `NEW` replaces the first `OLD`.
 fn expanded(bytes: &[u8]) -> Vec<u8> {
     let lines = bytes.split_inclusive(|&byte| byte == b'\n');
     lines

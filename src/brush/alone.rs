@@ -1,4 +1,4 @@
-//! The filaments of a brush each alone: what interaction is measured against.
+//! Each filament of a brush alone: the reference of the interaction factor.
 
 use super::error::BrushError;
 use super::team::Team;
@@ -15,7 +15,7 @@ impl From<Unreachable> for BrushError {
 }
 
 impl From<SimulationError> for BrushError {
-    /// That of a filament alone.
+    /// Converts the error of a filament alone.
     fn from(error: SimulationError) -> Self {
         match error {
             SimulationError::Integration(IntegrationError::Stopped) => Self::Stopped,
@@ -24,8 +24,8 @@ impl From<SimulationError> for BrushError {
     }
 }
 
-/// The pass of a filament with settings of its `own` on the machine that `settings` state, as in a
-/// brush: body and workpiece stay where they are. It is at `s` (m) along the trim. None if it does
+/// Returns the pass of a filament at `s` (m) along the trim, with settings of its `own`. Body and
+/// workpiece stay where they are in the brush that `settings` state. `None` if the filament does
 /// not reach the workpiece.
 fn pass_of(settings: &Settings, (own, s): &(Settings, f64), stop: &Stop) -> Option<Pass> {
     let mut own = Settings {
@@ -37,24 +37,24 @@ fn pass_of(settings: &Settings, (own, s): &(Settings, f64), stop: &Stop) -> Opti
     (own.process.penetration_depth_m > 0.0).then(|| Pass::at(&own, *s).until(stop))
 }
 
-/// The mean metrics of filaments with the settings `own`, each alone and at its place along the
-/// trim (m): their turns, tilts and constants are those in the brush.
+/// Returns the mean metrics of the filaments `own` (settings, place along the trim in m), each
+/// alone. Turns, tilts and constants are those in the brush.
 ///
 /// # Errors
-/// If one of them cannot be simulated.
+/// If a filament cannot be simulated.
 pub fn metrics(
     settings: &Settings,
     own: &[(Settings, f64)],
     stop: &Stop,
     team: &Team,
 ) -> Result<Metrics, BrushError> {
-    /// Filaments that a thread takes at once: enough to fill the lanes for most of the time.
-    const AT_ONCE: usize = 64;
+    /// Filaments per task of a thread: enough to fill the lanes for most of the time.
+    const TASK_SIZE: usize = 64;
     type Each = Result<Metrics, SimulationError>;
     let nominal = Pass::new(settings);
     let mut results: Vec<Option<Each>> = vec![None; own.len()];
     team.run(
-        own.chunks(AT_ONCE).zip(results.chunks_mut(AT_ONCE)),
+        own.chunks(TASK_SIZE).zip(results.chunks_mut(TASK_SIZE)),
         |(own, results)| {
             let mut waiting = Vec::new();
             for (number, own) in own.iter().enumerate() {

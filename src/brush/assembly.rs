@@ -18,7 +18,7 @@ pub struct Assembly<M> {
     stepper: Stepper,
 }
 
-/// A step that Newton's method could not take.
+/// Failure of Newton's method in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepError;
 
@@ -31,10 +31,10 @@ impl std::fmt::Display for StepError {
 }
 
 impl<M: ClampMotion + Sync> Assembly<M> {
-    /// Uniform filaments of the given `radii` (m), with equal numbers of segments, that press on
-    /// each other under `law` with `points` contact points a segment. At time zero they have the
-    /// `coordinates` about `z` and the rates of each segment, in rad and rad/s. Stages are solved
-    /// once velocities change by less than `tolerance` (m/s).
+    /// Creates uniform filaments of the given `radii` (m), with equal numbers of segments, that
+    /// press on each other under `law` with `points` contact points a segment. At time zero they
+    /// have the `coordinates` about `z` and the rates of each segment, in rad and rad/s. Stages are
+    /// solved once velocities change by less than `tolerance` (m/s).
     ///
     /// # Panics
     /// If there is no filament, or if their numbers of segments differ.
@@ -74,7 +74,7 @@ impl<M: ClampMotion + Sync> Assembly<M> {
         }
     }
 
-    /// Goes on by `h` (s).
+    /// Advances by `h` (s).
     ///
     /// # Errors
     /// If the step is too long.
@@ -90,18 +90,18 @@ impl<M: ClampMotion + Sync> Assembly<M> {
         Ok(())
     }
 
-    /// The time in s.
+    /// Returns the time in s.
     pub fn time(&self) -> f64 {
         self.motion.time
     }
 
-    /// Position of a node in m; 0 is the root.
+    /// Returns the position of a node in m; 0 is the root.
     pub fn node(&self, filament: usize, k: usize) -> [f64; 3] {
         self.bundle.node(filament, k)
     }
 
-    /// Forces with which filaments press on each other in N: at each contact point, that on the
-    /// first of both filaments, with the distances of both points from the roots in m.
+    /// Returns the forces between filaments in N: at each contact point, the force on the first
+    /// filament, with the distances of both points from the roots in m.
     pub fn presses(&self) -> impl Iterator<Item = ([usize; 2], [f64; 3], [f64; 2])> {
         self.bundle.presses().map(|(filaments, press)| {
             let places =
@@ -110,7 +110,7 @@ impl<M: ClampMotion + Sync> Assembly<M> {
         })
     }
 
-    /// Energy of the filaments and their contacts in J.
+    /// Returns the energy of the filaments and their contacts in J.
     pub fn energy(&mut self) -> f64 {
         self.bundle.evaluate(&self.motion).budget.energy
     }

@@ -1,10 +1,9 @@
 //! Filaments in contact with the workpiece and with each other: their equations at one instant, and
 //! their solution.
 //!
-//! Filaments are in groups, one per lane. Everything is done group by group, on as many threads as
-//! there are: each group takes the forces of its own points on other filaments, and of the points
-//! of others on its own. Sums have an order of their own, so that results do not depend on the
-//! number of threads.
+//! Filaments are in groups, one per lane. All work is done group by group, on all threads. Each
+//! group takes the forces of its own points on other filaments, and of the points of others on its
+//! own. Sums have a fixed order, so that results do not depend on the number of threads.
 
 use std::ops::AddAssign;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -32,14 +31,14 @@ pub struct BrushState {
     pub time: f64,
     /// Coordinates in rad.
     pub q: Vector,
-    /// Their rates in rad/s.
+    /// Rates in rad/s.
     pub v: Vector,
-    /// Their accelerations in rad/s².
+    /// Accelerations in rad/s².
     pub accelerations: Vector,
 }
 
 impl BrushState {
-    /// Coordinates, rates and accelerations of each group of filaments of `n` segments.
+    /// Returns coordinates, rates and accelerations of each group of filaments of `n` segments.
     fn by_group(&self, n: usize) -> impl Iterator<Item = [&gmres::GroupPart; 3]> {
         self.q
             .chunks(n)
@@ -49,13 +48,13 @@ impl BrushState {
     }
 }
 
-/// The work of a solution.
+/// Work of a solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Effort {
     /// Iterations of Newton's method.
     pub newton_iterations: usize,
-    /// Vectors of the linear solutions.
+    /// Krylov vectors of the linear solutions.
     pub krylov_vectors: usize,
     /// Factorisations of the matrices of a group.
     pub factorisations: usize,
@@ -76,20 +75,19 @@ pub struct Bundle<M> {
     layout: Layout,
     /// Rate at which the body turns about `z`, in rad/s.
     rate: f64,
-    /// Whether there is friction.
+    /// `true` if there is friction.
     has_friction: bool,
     candidates: Candidates,
     nodes: Nodes,
     pressing: Pressing,
     forces: Field,
     linear: Linear,
-    /// `true` once a sleeping group was touched, so that what was computed since the last step does
-    /// not hold.
+    /// `true` once a sleeping group was touched, which voids all results since the last step.
     has_woken: bool,
     shortcuts: Shortcuts,
 }
 
-/// What a group does, apart from its motion.
+/// State of a group, apart from its motion.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct GroupState {
@@ -102,20 +100,20 @@ struct Linear {
     residual: Vector,
     displacements: Field,
     krylov: Krylov,
-    /// Which groups are solved together.
+    /// `true` for groups that are solved together.
     coupled: Vec<bool>,
 }
 
-/// What a bundle has and exchanges where its motion is.
+/// Budget, rates of momentum and loads of a bundle at one instant.
 pub struct Evaluation<'a> {
     groups: &'a [Group],
-    /// Of the filaments that do not sleep, with their surroundings.
+    /// Budget of the awake filaments.
     pub budget: Budget,
 }
 
 impl Evaluation<'_> {
-    /// Takes the rates of the momentum of all filaments, in N, by group. Filaments that sleep turn
-    /// with the body.
+    /// Takes the rates of the momentum of all filaments, in N, by group: zero for sleeping ones,
+    /// which turn with the body.
     pub fn take_momentum_rates(&self, rates: &mut Vec<[Lanes; 3]>) {
         rates.clear();
         rates.extend(self.groups.iter().map(|group| {
@@ -130,7 +128,7 @@ impl Evaluation<'_> {
         }));
     }
 
-    /// Takes the forces of the workpiece on each filament, except for those that sleep.
+    /// Takes the forces of the workpiece on each filament, except for sleeping ones.
     pub fn take_loads(&self, loads: &mut Vec<WorkpieceLoad>) {
         for group in self.groups {
             let Group {
@@ -145,25 +143,25 @@ impl Evaluation<'_> {
     }
 }
 
-/// How the accelerations of a stage give its coordinates and rates.
+/// Coordinates and rates of a stage as functions of its accelerations.
 #[derive(Clone, Copy)]
 pub struct Kinematics<'a> {
-    /// Coordinates and rates without them.
+    /// Coordinates and rates at zero accelerations.
     pub base: [&'a Vector; 2],
-    /// How much of them is added to either.
+    /// Weights of the accelerations in coordinates (s²) and rates (s).
     pub weights: [f64; 2],
-    /// The first coordinate of a block that changes.
+    /// First coordinate of a block that changes.
     pub first: usize,
 }
 
-/// Newton's method did not converge.
+/// Failure of Newton's method to converge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NoConvergence;
 
 impl<M: ClampMotion + Sync> Bundle<M> {
-    /// Filaments with equations of the given form, that press on each other under `law`, on a body
-    /// that turns at `rate` (rad/s) about `z`, and their motion at `time` (s). Only filaments may
-    /// sleep that turn rigidly with the body as long as nothing touches them.
+    /// Creates filaments with equations of the given form, and their motion at `time` (s). They
+    /// press on each other under `law`, on a body that turns at `rate` (rad/s) about `z`. Only
+    /// filaments that turn rigidly with the body until something touches them may sleep.
     ///
     /// # Panics
     /// If there is no filament, or if their numbers of segments differ.
@@ -253,48 +251,47 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         (bundle, motion)
     }
 
-    /// The filaments.
+    /// Returns the filaments.
     pub fn filaments(&self) -> &[Filament<M, Part>] {
         &self.filaments
     }
 
-    /// The first coordinate of a block that changes.
+    /// Returns the first coordinate of a block that changes.
     pub fn first_coordinate(&self) -> usize {
         first_coordinate(&self.groups)
     }
 
-    /// The number of segments of a filament.
+    /// Returns the number of segments of a filament.
     pub fn segments(&self) -> usize {
         self.layout.segments
     }
 
-    /// Position of a node in m, where it was last placed; 0 is the root.
+    /// Returns the position of a node in m, where it was last placed; 0 is the root.
     pub fn node(&self, filament: usize, k: usize) -> [f64; 3] {
         self.nodes
             .positions
             .at(Node::new(filament, k, self.layout.segments))
     }
 
-    /// Where filaments press on each other, in the last evaluation or iteration.
+    /// Returns the presses between filaments in the last evaluation or iteration.
     pub fn presses(&self) -> impl Iterator<Item = &Pair> {
         self.pressing.iter()
     }
 
-    /// The distance of a point from the root of its filament in m.
+    /// Returns the distance of a point from the root of its filament in m.
     pub fn arc_length(&self, place: &FilamentPoint) -> f64 {
         let n = self.layout.segments;
         let length = self.layout.lengths[place.segment.filament(n)];
         (place.segment.index(n) as f64 + place.fraction) * length
     }
 
-    /// Forgets factorisations, so that what follows does not depend on where they were made.
-    /// Neither does it depend on anything else that is kept: how far filaments may go before they
-    /// touch only saves work.
+    /// Forgets factorisations, so that later results do not depend on where they were made. Nor do
+    /// they depend on other kept data: bounds of the distance from contact only save work.
     pub fn forget(&mut self) {
         self.groups.iter_mut().for_each(Group::forget);
     }
 
-    /// Prepares the next step from `motion`. Returns whether fewer filaments have a part in it than
+    /// Prepares the next step from `motion`. Returns `true` if more groups are left out than
     /// before.
     pub fn begin_step(&mut self, motion: &mut BrushState) -> bool {
         self.fill_lanes(motion);
@@ -302,13 +299,13 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         self.shortcuts.leave_out && self.leave_out(motion)
     }
 
-    /// Leaves out the groups that no longer have a part in what counts: they turn with the body
-    /// from now on. Returns whether there are new ones.
+    /// Leaves out the groups that no longer influence results: they turn with the body from now on.
+    /// Returns `true` if there are new ones.
     ///
-    /// A filament reaches no farther than its length, so that one whose root is farther from the
-    /// workpiece does not touch it, whatever its shape. It is left out once the body has turned on
-    /// by its length, so that those behind it, on which it might press, do not touch it either.
-    /// Whether it is left out depends on the time alone, and so does a run that is resumed.
+    /// A filament whose root is farther away than its length does not touch the workpiece, whatever
+    /// its shape. It is left out once the body has turned on by this length: filaments behind it,
+    /// on which it might press, then do not touch the workpiece either. The decision depends on the
+    /// time alone, and is the same in a resumed run.
     fn leave_out(&mut self, motion: &mut BrushState) -> bool {
         let n = self.layout.segments;
         let Self {
@@ -335,8 +332,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 
     /// Wakes the sleeping groups that may meet the workpiece in a step of `h` (s) from `motion`, or
-    /// in a second one: so that the first step with a contact knows the distance at its beginning.
-    /// Returns whether any has woken since the last step, also because others touched it.
+    /// in a second one: the first step with a contact needs the distance at its beginning. Returns
+    /// `true` if a group has woken since the last step, also because others touched it.
     pub fn wake(&mut self, motion: &BrushState, h: f64) -> bool {
         let (end, mut any) = (motion.time + 2.0 * h, std::mem::take(&mut self.has_woken));
         for index in 0..self.groups.len() {
@@ -347,7 +344,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             if !is_due(self) {
                 continue;
             }
-            // The distance that the bound starts from may be an old one.
+            // The bound may start from an old distance.
             self.place(motion, |group| group.index == index);
             let n = self.layout.segments;
             let (groups, around, forces, _) = self.parts(motion.time);
@@ -361,23 +358,23 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         any
     }
 
-    /// `true` if a sleeping group was touched since the last step.
+    /// Returns `true` if a sleeping group was touched since the last step.
     pub fn has_woken(&self) -> bool {
         self.has_woken
     }
 
-    /// `true` if a group sleeps.
+    /// Returns `true` if a group sleeps.
     pub fn is_asleep(&self, group: usize) -> bool {
         self.groups[group].is_asleep()
     }
 
-    /// Places the groups that sleep.
+    /// Places the sleeping groups.
     fn place_sleeping(&mut self, motion: &BrushState) {
         self.place(motion, Group::is_asleep);
     }
 
-    /// Places the groups that do not sleep, and returns the forces of the workpiece on each filament,
-    /// with how deep it presses in m.
+    /// Places the awake groups. Returns the forces of the workpiece on each filament, with its
+    /// deepest penetration in m.
     pub fn contacts(&mut self, motion: &BrushState) -> Vec<(ContactSum, f64)> {
         self.place(motion, |group| !group.is_asleep());
         let (groups, around, ..) = self.parts(motion.time);
@@ -390,12 +387,12 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         self.place(motion, |_| true);
     }
 
-    /// The chart of the coordinates of a group.
+    /// Returns the chart of the coordinates of a group.
     pub fn chart(&self, group: usize) -> PolarAxis {
         self.groups[group].equations.chart()
     }
 
-    /// What each group does, for [`Bundle::restore`].
+    /// Returns the state of each group, for [`Bundle::restore`].
     pub fn states(&self) -> Vec<GroupState> {
         let state = |group: &Group| GroupState {
             chart: group.equations.chart(),
@@ -408,7 +405,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         self.groups.iter().map(state).collect()
     }
 
-    /// Lets each group do what it did. `None` if the states are not those of such a bundle.
+    /// Restores the state of each group. Returns `None` if the states do not fit this bundle.
     pub fn restore(&mut self, states: Vec<GroupState>) -> Option<()> {
         let fits = |(group, state): (&Group, &GroupState)| {
             state.chart == PolarAxis::Z || group.equations.chain().is_relaxed_straight()
@@ -426,8 +423,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         Some(())
     }
 
-    /// Puts the lanes that are left over where the filament is that they repeat: nothing is solved
-    /// for them, so that they would leave it.
+    /// Copies the last filament of a group to its unused lanes: nothing is solved for them, so that
+    /// they would drift away.
     fn fill_lanes(&self, motion: &mut BrushState) {
         let n = self.layout.segments;
         for (index, group) in self
@@ -445,8 +442,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         }
     }
 
-    /// Lets groups with a segment near a pole take the other chart, if it is better for all segments
-    /// of all their filaments.
+    /// Switches groups with a segment near a pole to the other chart, if it suits all their
+    /// segments better.
     fn leave_poles(&mut self, motion: &mut BrushState) {
         let n = self.layout.segments;
         for (index, group) in self.groups.iter_mut().enumerate() {
@@ -482,7 +479,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         }
     }
 
-    /// Places all filaments, and sums the forces of all contacts.
+    /// Places the awake filaments, and sums the forces of all contacts.
     fn meet(&mut self, motion: &BrushState) {
         self.begin_stage();
         self.place(motion, Group::is_open);
@@ -496,7 +493,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         });
     }
 
-    /// The groups, what they meet at `time` (s), their forces, and the linear equations.
+    /// Returns groups, surroundings at `time` (s), forces and linear equations.
     fn parts(&mut self, time: f64) -> (&mut [Group], Surroundings<'_, M>, &mut Field, &mut Linear) {
         let Self {
             filaments,
@@ -552,8 +549,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         });
     }
 
-    /// Finds where filaments press on each other, where they were placed; with `weights` also how
-    /// their forces change along a step. Sleeping groups that something presses on wake.
+    /// Finds the presses between filaments where they were placed; with `weights` also the tangents
+    /// of their forces along a step. Wakes sleeping groups that something presses on.
     fn find_presses(&mut self, time: f64, weights: Option<[f64; 2]>) {
         let Self {
             candidates,
@@ -566,7 +563,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         candidates.update(&nodes.positions, self.rate * time, |group: usize| {
             groups[group].is_open()
         });
-        // By the motion of the positions: solutions multiply by its weight.
+        // Tangents are over the weight of the positions, by which solutions multiply.
         pressing.find(
             candidates,
             nodes,
@@ -583,8 +580,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         }
     }
 
-    /// Evaluates all contacts, what the filaments have that do not sleep, and what they exchange
-    /// with their surroundings.
+    /// Evaluates all contacts, and the budget of the awake filaments.
     pub fn evaluate(&mut self, motion: &BrushState) -> Evaluation<'_> {
         let n = self.layout.segments;
         self.meet(motion);
@@ -611,8 +607,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
 
     /// Solves the equations of a stage for `motion.accelerations`.
     ///
-    /// The solution is good enough once the last correction of any node's velocity is below
-    /// `tolerance` (m/s).
+    /// A solution is accepted once the last correction of any node's velocity is below `tolerance`
+    /// (m/s).
     ///
     /// # Errors
     /// If Newton's method does not converge.
@@ -622,7 +618,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         stage: Kinematics<'_>,
         tolerance: f64,
     ) -> Result<Effort, NoConvergence> {
-        /// Corrections that are not half of the one before after which a shorter step costs less.
+        /// Corrections above half of the one before, after which a shorter step costs less.
         const MAX_STALLED: usize = 4;
         let (n, [by_position, by_rate]) = (self.layout.segments, stage.weights);
         let mut effort = Effort::default();
@@ -660,7 +656,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         Err(NoConvergence)
     }
 
-    /// Places the groups that are not solved yet by their accelerations.
+    /// Places the groups that are not solved yet, from their accelerations.
     fn follow(&mut self, motion: &mut BrushState, stage: Kinematics<'_>) {
         let n = self.layout.segments;
         let Self {
@@ -687,9 +683,8 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         });
     }
 
-    /// Computes the residual, and factorises the matrices of the groups whose filaments have other
-    /// contacts than those for which it was done before. Solves the equations of those that are
-    /// alone. Returns the number of factorisations.
+    /// Computes the residual, and factorises the matrices of groups whose factorisation does not
+    /// hold. Solves the equations of groups that are alone. Returns the number of factorisations.
     fn linearise(&mut self, motion: &BrushState, weights: [f64; 2]) -> usize {
         let n = self.layout.segments;
         let (groups, around, forces, linear) = self.parts(motion.time);
@@ -710,10 +705,10 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 
     /// Solves the equations of the coupled groups for the residual, in place. Returns the number of
-    /// vectors.
+    /// vectors; `None` on failure.
     fn solve_coupled(&mut self, by_position: f64) -> Option<usize> {
-        /// Share of the residual that the solution may leave. Filaments that buckle amplify it, so
-        /// that mirror images differ where it is larger.
+        /// Share of the residual that the solution may leave. Buckling filaments amplify it: with a
+        /// larger share, mirror images differ.
         const FORCING: f64 = 0.02;
         let Self {
             groups,
@@ -761,9 +756,9 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         )
     }
 
-    /// Corrects the accelerations. Returns the largest displacement of a node with it, in m/rad of
-    /// the accelerations' unit. Groups by themselves whose nodes' velocities change by less than
-    /// `tolerance` (m/s) are solved.
+    /// Corrects the accelerations. Returns the largest correction of a node's acceleration in m/s².
+    /// Groups that are alone are solved if their nodes' velocities change by less than `tolerance`
+    /// (m/s).
     fn correct(&mut self, motion: &mut BrushState, by_rate: f64, tolerance: f64) -> f64 {
         let n = self.layout.segments;
         let Self {
@@ -796,13 +791,13 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 }
 
-/// The first coordinate of a block that changes: in the plane, the other one stays as it is.
+/// Returns the first coordinate of a block that changes: in the plane, the other one is constant.
 fn first_coordinate(groups: &[Group]) -> usize {
     usize::from(groups[0].equations.form() == Form::Planar)
 }
 
 impl Kinematics<'_> {
-    /// Puts coordinates and rates, from the block `first` on, where accelerations bring them.
+    /// Computes coordinates and rates from the accelerations, from the block `first` on.
     fn follow(
         &self,
         [q, v]: [&mut gmres::GroupPart; 2],
@@ -825,7 +820,7 @@ impl Kinematics<'_> {
     }
 }
 
-/// The groups that are solved together.
+/// Groups that are solved together.
 struct Coupling<'a> {
     /// All groups.
     groups: &'a mut [Group],
@@ -833,7 +828,7 @@ struct Coupling<'a> {
     forces: &'a mut Field,
     pressing: &'a Pressing,
     segments: usize,
-    /// The negative weight of the positions in the tangents.
+    /// Negative weight of the positions in the tangents.
     factor: Lanes,
 }
 

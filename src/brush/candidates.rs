@@ -33,14 +33,14 @@ pub struct Layout {
     pub lengths: Vec<f64>,
     /// Radius of each segment, filament by filament, in m.
     pub radii: Vec<f64>,
-    /// The largest sum of two radii in m.
+    /// Largest sum of two radii in m.
     pub largest_reach: f64,
-    /// After which distance along `z` the filaments repeat, in m, if they do.
+    /// Period of the filaments along `z` in m, if they repeat.
     pub period: Option<f64>,
 }
 
 impl Layout {
-    /// With these lengths and radii, as in the fields.
+    /// Creates a layout from lengths and radii, as in the fields.
     pub fn new(lengths: Vec<f64>, radii: Vec<f64>, points: usize, period: Option<f64>) -> Self {
         let largest_reach = 2.0
             * radii
@@ -58,12 +58,12 @@ impl Layout {
         }
     }
 
-    /// Number of groups.
+    /// Returns the number of groups.
     pub fn groups(&self) -> usize {
         self.filaments.div_ceil(LANES)
     }
 
-    /// The length of a segment of a filament that a point stands for, in m.
+    /// Returns the length of filament that a point stands for, in m.
     pub fn part_length(&self, filament: usize) -> f64 {
         self.lengths[filament] / self.points as f64
     }
@@ -84,7 +84,7 @@ pub struct Candidates {
     margin: f64,
     /// Lists by the group of the filament whose points may press.
     pairs: Vec<Vec<Pair>>,
-    /// Paths of the filaments where the pairs were listed. Empty before that.
+    /// Paths of the filaments when the pairs were last listed; empty before that.
     listed_at: Vec<Lanes>,
     /// `true` for groups that nothing touches any longer.
     left_out: Vec<bool>,
@@ -101,7 +101,7 @@ struct Scratch {
     known: Vec<Pair>,
 }
 
-/// Positions of the filaments, and what the search of all pairs has in common.
+/// Positions of the filaments, and data that all pairs share in the search.
 #[derive(Clone, Debug)]
 struct Placement {
     layout: Layout,
@@ -171,7 +171,7 @@ impl Candidates {
         }
     }
 
-    /// Puts the nodes to `positions`, where the body is at `angle` (rad). Groups that have not
+    /// Moves the nodes to `positions`, where the body is at `angle` (rad). Groups that have not
     /// `moved` since the last time have turned with the body, if at all.
     pub fn update(&mut self, positions: &Field, angle: f64, moved: impl Fn(usize) -> bool) {
         let is_first = self.listed_at.is_empty();
@@ -257,7 +257,7 @@ impl Candidates {
 }
 
 impl Placement {
-    /// Puts the nodes of the groups that have `moved` to these positions.
+    /// Moves the nodes of the groups that have `moved` to these positions.
     fn follow(&mut self, positions: &Field, angle: f64, moved: impl Fn(usize) -> bool) {
         self.angle = angle;
         let (sin, cos) = sin_cos(-angle);
@@ -382,7 +382,7 @@ impl Placement {
     }
 }
 
-/// The candidate pairs of one group.
+/// Candidate pairs of one group.
 pub struct GroupPairs<'a> {
     placement: &'a Placement,
     pairs: &'a mut [Pair],
@@ -421,7 +421,7 @@ impl GroupPairs<'_> {
     }
 }
 
-/// The centreline of one filament.
+/// Centreline of one filament.
 #[derive(Clone, Copy)]
 struct Centreline<'a> {
     root: Node,
@@ -542,16 +542,15 @@ fn is_any_less(a: Lanes, b: Lanes) -> bool {
     (0..LANES).fold(false, |any, lane| any | (a.lane(lane) < b.lane(lane)))
 }
 
-/// Bounding volume of a filament and what is near it: an interval of angles about `z`, and one of
-/// `z` itself.
+/// Bounding volume of a filament and its vicinity: an interval of angles about `z`, and one of `z`.
 #[derive(Clone, Copy, Debug)]
 struct Bounds {
     filament: usize,
-    /// Begin of the angles in rad, within a turn.
+    /// Start of the angles in rad, within a turn.
     start: f64,
     /// Width of the angles in rad; a turn near the axis.
     width: f64,
-    /// In m.
+    /// Interval of `z` in m.
     axial: [f64; 2],
 }
 
@@ -586,9 +585,8 @@ impl Bounds {
             angle = [angle[0].min(turned), angle[1].max(turned)];
             before = [x, y];
         }
-        // Where two points are nearer than this, the sine of the angle between them is less than
-        // its share of the smaller radius. Not a number, where a vertical filament stands, has no
-        // finite comparison.
+        // If two points are nearer than `near`, the sine of the angle between them is below its
+        // share of the smaller radius. The NaN of a vertical segment drops out of the minimum.
         let share = near / least;
         let pad = 0.5 * share.asin();
         let bounds = Self {
@@ -604,7 +602,7 @@ impl Bounds {
         }
     }
 
-    /// Returns the periodic images of the other one that overlap along `z`. A filament meets its own
+    /// Returns the periodic images of `other` that overlap along `z`. A filament meets its own
     /// images, but not itself.
     fn images(&self, other: &Self, period: Option<f64>) -> impl Iterator<Item = i16> {
         let [first, last] = [
@@ -650,7 +648,7 @@ mod tests {
 
     const REACH: f64 = 1.2e-3;
 
-    /// A number between −1 and 1.
+    /// Returns a number between −1 and 1.
     fn about_zero(random: &mut Rng) -> f64 {
         2.0 * random.f64() - 1.0
     }
@@ -664,7 +662,7 @@ mod tests {
     }
 
     impl Scene {
-        /// Two rows of filaments on a body of `radius` (m), `pitch` (m) apart.
+        /// Creates two rows of filaments on a body of `radius` (m), `pitch` (m) apart.
         fn new(radius: f64, pitch: f64, segments: usize, period: Option<f64>) -> Self {
             let (filaments, length) = (21, 6.0 * REACH / segments as f64);
             let radii = vec![0.5 * REACH; filaments * segments];
@@ -679,8 +677,8 @@ mod tests {
             }
         }
 
-        /// Puts the nodes of a filament, which bends in a circle, into the frame that the body has
-        /// left by `angle` (rad).
+        /// Places the nodes of a filament, bent to a circle, in the frame from which the body has
+        /// turned by `angle` (rad).
         fn place(&self, filament: usize, angle: f64, positions: &mut Field) {
             let Layout {
                 segments, lengths, ..
@@ -705,7 +703,7 @@ mod tests {
         }
     }
 
-    /// All points within reach, in the order of the search.
+    /// Returns all points within reach, in the order of the search.
     fn found(candidates: &mut Candidates) -> Vec<([usize; 2], Near)> {
         let mut found = Vec::new();
         for watched in candidates.by_group() {
@@ -715,7 +713,7 @@ mod tests {
     }
 
     /// Moves a scene at random, and compares the search with the one without bounds. Groups wake
-    /// one after the other, move by a little or a lot, and the last one is left out in the end.
+    /// one after the other, move by a little or a lot, and the first one is left out in the end.
     /// Returns the numbers of points within reach, and of lists of pairs that were built.
     fn compare(mut scene: Scene, seed: u64) -> [usize; 2] {
         let mut random = Rng::with_seed(seed);
@@ -737,8 +735,7 @@ mod tests {
                 bounded.leave_out(0);
                 exhaustive.leave_out(0);
             }
-            // Of some groups nothing has moved relative to the body, as that of filaments whose
-            // equations are solved.
+            // Some groups have not moved relative to the body, as those whose equations are solved.
             let moving: Vec<bool> = (0..scene.layout.groups())
                 .map(|group| is_awake(group) && random.u8(..4) > 0)
                 .collect();
@@ -795,8 +792,8 @@ mod tests {
         }
     }
 
-    /// The search without bounds, against the definition: the nearest segment of each other
-    /// filament and image, for each point.
+    /// Compares the search without bounds with the definition: for each point, the nearest segment
+    /// of each other filament and image.
     #[test]
     fn the_search_without_bounds_follows_the_definition() {
         let mut random = Rng::with_seed(1);

@@ -1,11 +1,11 @@
-//! Why a brush could not be simulated.
+//! Errors of the simulation of a brush.
 
 use std::error::Error;
 use std::fmt::{self, Display, Formatter};
 
 use crate::simulation::SimulationError;
 
-/// Why a brush could not be simulated. Filaments are given as `[column, row]`.
+/// Error of the simulation of a brush. Filaments are given as `[column, row]`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum BrushError {
     /// There is no filament.
@@ -21,21 +21,21 @@ pub enum BrushError {
     Overlap {
         /// Distance of two roots in m.
         distance: f64,
-        /// The least that they need, in m.
+        /// Least distance without overlap in m.
         reach: f64,
-        /// The filaments.
+        /// Filaments.
         pair: [[usize; 2]; 2],
     },
     /// Filaments that lean on each other do not come to rest before they meet the workpiece.
     Restless {
-        /// The largest speed of a node relative to the body in m/s.
+        /// Largest speed of a node relative to the body in m/s.
         speed: f64,
     },
     /// The machine has no vector units that the equations are compiled for.
     NoLanes,
-    /// Filaments of their own are not held by the machine.
+    /// Filaments differ, but `uncertainty.hold` is not the machine.
     Hold,
-    /// The simulation needs more memory than it may.
+    /// The simulation needs more memory than allowed.
     Memory {
         /// Bytes needed.
         needed: u64,
@@ -48,20 +48,20 @@ pub enum BrushError {
     },
     /// Threads could not be started.
     Threads,
-    /// A state is not one of this brush.
+    /// A saved state does not belong to this brush.
     Checkpoint,
     /// The shortest step did not converge.
     NoConvergence {
-        /// When, in s.
+        /// Time in s.
         time: f64,
         /// Number of filaments.
         filaments: usize,
     },
     /// Two filaments go through each other.
     Crossing {
-        /// When, in s.
+        /// Time in s.
         time: f64,
-        /// The filaments.
+        /// Filaments.
         pair: [[usize; 2]; 2],
     },
     /// The sector has no steady stretch.
@@ -72,13 +72,13 @@ pub enum BrushError {
         needed: usize,
         /// Columns of the brush.
         around: usize,
-        /// By how much the mean impulse still changes along the best stretch, over the mean; `None`
-        /// if there are too few for any.
+        /// Change of the mean impulse along the best stretch, over the mean; `None` if there are
+        /// too few columns for any.
         change: Option<f64>,
     },
     /// A filament alone cannot be simulated.
     Alone(SimulationError),
-    /// It was asked to stop ([`Stop`](crate::simulation::Stop)).
+    /// The simulation was asked to stop ([`Stop`](crate::simulation::Stop)).
     Stopped,
 }
 

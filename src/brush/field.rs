@@ -4,7 +4,7 @@ use crate::equations::dispatch::{Loop, dispatch};
 use crate::equations::linear::{add, scale};
 use crate::equations::{LANES, Lanes, Lanewise, Real};
 
-/// Does `work`, a loop over lanes, with the widest instructions of the machine.
+/// Runs `work`, a loop over lanes, with the widest instructions of the machine.
 #[inline(always)]
 pub fn wide<R>(work: impl FnOnce() -> R) -> R {
     dispatch(Wide(work))
@@ -23,50 +23,50 @@ impl<R, F: FnOnce() -> R> Loop for Wide<F> {
     }
 }
 
-/// A node: filaments are in groups of [`LANES`], whose nodes follow each other from the root to the
-/// tip.
+/// Index of a node. Filaments are in groups of [`LANES`], whose nodes follow each other from the
+/// root to the tip.
 ///
-/// A segment has the number of its inner end.
+/// A segment has the index of its inner end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Node(usize);
 
 impl Node {
-    /// The node `k` of a filament of `segments` segments; 0 is the root.
+    /// Returns the node `k` of a filament of `segments` segments; 0 is the root.
     pub fn new(filament: usize, k: usize, segments: usize) -> Self {
         Self(((filament / LANES) * (segments + 1) + k) * LANES + filament % LANES)
     }
 
-    /// The next one outwards.
+    /// Returns the next node outwards.
     pub fn outer(self) -> Self {
         self.outwards(1)
     }
 
-    /// The one that is so many steps outwards.
+    /// Returns the node `steps` steps outwards.
     pub fn outwards(self, steps: usize) -> Self {
         Self(self.0 + steps * LANES)
     }
 
-    /// The filament that it belongs to.
+    /// Returns the filament of the node.
     pub fn filament(self, segments: usize) -> usize {
         self.0 / LANES / (segments + 1) * LANES + self.lane()
     }
 
-    /// The group that it belongs to.
+    /// Returns the group of the node.
     pub fn group(self, segments: usize) -> usize {
         self.row() / (segments + 1)
     }
 
-    /// Its place from the root: the number of a node, or of the segment that begins there.
+    /// Returns the number of the node, or of its outer segment, from the root.
     pub fn index(self, segments: usize) -> usize {
         self.row() % (segments + 1)
     }
 
-    /// Its place among those of its group, which are so many.
+    /// Returns the index among the `nodes` nodes of the group.
     pub fn within(self, nodes: usize) -> usize {
         self.0 % nodes
     }
 
-    /// Its row in a field.
+    /// Returns the row in a field.
     fn row(self) -> usize {
         self.0 / LANES
     }
@@ -84,12 +84,12 @@ pub type Matrix = [[f64; 3]; 3];
 pub struct Field(pub Vec<[Lanes; 3]>);
 
 impl Field {
-    /// Zero at the nodes of so many groups.
+    /// Creates a field of zeros at the nodes of `groups` groups.
     pub fn new(groups: usize, segments: usize) -> Self {
         Self(vec![[Lanes::ZERO; 3]; groups * (segments + 1)])
     }
 
-    /// The vector at a node.
+    /// Returns the vector at a node.
     #[inline]
     pub fn at(&self, node: Node) -> [f64; 3] {
         let [x, y, z] = &self.0[node.row()];
@@ -97,7 +97,7 @@ impl Field {
         [x.lane(lane), y.lane(lane), z.lane(lane)]
     }
 
-    /// Puts a vector at a node.
+    /// Sets the vector at a node.
     #[cfg(test)]
     pub fn set(&mut self, node: Node, vector: [f64; 3]) {
         for (component, value) in self.0[node.row()].iter_mut().zip(vector) {
@@ -106,22 +106,22 @@ impl Field {
     }
 }
 
-/// Where all nodes are, and how they move.
+/// Positions and velocities of all nodes.
 #[derive(Clone, Debug)]
 pub struct Nodes {
-    /// In m.
+    /// Positions in m.
     pub positions: Field,
-    /// In m/s.
+    /// Velocities in m/s.
     pub velocities: Field,
 }
 
 impl Nodes {
-    /// Position and velocity of a node.
+    /// Returns position and velocity of a node.
     pub fn at(&self, node: Node) -> [[f64; 3]; 2] {
         [self.positions.at(node), self.velocities.at(node)]
     }
 
-    /// The positions and the velocities of each group.
+    /// Returns the positions and the velocities of each group.
     pub fn by_group(&mut self, segments: usize) -> impl Iterator<Item = [&mut [[Lanes; 3]]; 2]> {
         let Self {
             positions,
@@ -135,7 +135,7 @@ impl Nodes {
     }
 }
 
-/// The vectors at the nodes of one group, from the root.
+/// Vectors at the nodes of one group, from the root.
 pub struct GroupField<'a> {
     /// Row of the root.
     first: usize,
@@ -143,7 +143,7 @@ pub struct GroupField<'a> {
 }
 
 impl<'a> GroupField<'a> {
-    /// The part of a field that belongs to `group`, in `vectors`.
+    /// Wraps `vectors`, the part of a field that belongs to `group`.
     pub fn new(group: usize, segments: usize, vectors: &'a mut [[Lanes; 3]]) -> Self {
         Self {
             first: group * (segments + 1),
@@ -151,12 +151,12 @@ impl<'a> GroupField<'a> {
         }
     }
 
-    /// Zero everywhere.
+    /// Sets all vectors to zero.
     pub fn clear(&mut self) {
         self.vectors.fill([Lanes::ZERO; 3]);
     }
 
-    /// Adds to the vector at a node, whose other components stay as they are.
+    /// Adds to the first `D` components of the vector at a node.
     #[inline]
     pub fn add<const D: usize>(&mut self, node: Node, vector: [f64; D]) {
         add_in_lane(
@@ -166,28 +166,28 @@ impl<'a> GroupField<'a> {
         );
     }
 
-    /// All nodes.
+    /// Returns the vectors at all nodes.
     pub fn vectors(&self) -> &[[Lanes; 3]] {
         self.vectors
     }
 }
 
-/// How the forces on both ends of each segment of a group change with the motion of these ends:
+/// Tangents of the forces on both ends of each segment of a group by the motion of these ends:
 /// `[force][motion]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Changes {
     /// Row of the group's root in a field.
     first: usize,
     blocks: Vec<Blocks>,
-    /// Which segments have any.
+    /// `true` for segments with a tangent.
     present: Vec<bool>,
 }
 
-/// Those of one segment.
+/// Tangent of one segment.
 pub type Blocks = [[[[Lanes; 3]; 3]; 2]; 2];
 
 impl Changes {
-    /// Memory for groups of so many segments; the tip counts as one.
+    /// Allocates memory for groups of `segments` segments; the tip counts as one.
     pub fn new(segments: usize) -> Self {
         let blocks = vec![[[[[Lanes::ZERO; 3]; 3]; 2]; 2]; segments + 1];
         Self {
@@ -197,13 +197,13 @@ impl Changes {
         }
     }
 
-    /// Zero everywhere, for `group`.
+    /// Sets all tangents to zero, for `group`.
     pub fn clear(&mut self, group: usize) {
         self.first = group * self.blocks.len();
         self.present.fill(false);
     }
 
-    /// Adds to the blocks of a segment, by `[force, motion]`.
+    /// Adds `change` to the blocks of a segment, by `[force, motion]`.
     #[inline(always)]
     pub fn add_blocks<const D: usize>(
         &mut self,
@@ -224,8 +224,8 @@ impl Changes {
         }
     }
 
-    /// Adds to all blocks of a segment the change of the force at a point of it with that point, by
-    /// the `shares` of its ends.
+    /// Adds to all blocks of a segment the `change` of the force at one of its points with that
+    /// point, by the `shares` of the ends.
     #[inline(always)]
     pub fn add_at(&mut self, segment: Node, shares: [f64; 2], change: &Matrix) {
         self.add_blocks(segment, |force, motion| {
@@ -233,7 +233,7 @@ impl Changes {
         });
     }
 
-    /// The segments that have any, from the root.
+    /// Returns the segments with a tangent, from the root.
     pub fn blocks(&self) -> impl Iterator<Item = (usize, &Blocks)> {
         self.blocks
             .iter()
@@ -253,24 +253,24 @@ fn add_in_lane<const D: usize>(vector: &mut [Lanes; 3], lane: usize, values: [f6
 /// A point of a filament: a segment, and the fraction of it from its inner end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilamentPoint {
-    /// The segment.
+    /// Segment.
     pub segment: Node,
-    /// The fraction.
+    /// Fraction.
     pub fraction: f64,
 }
 
 impl FilamentPoint {
-    /// Where it comes among the points of its group.
+    /// Returns a key for the order of the points of a group.
     pub fn key(&self) -> (Node, u64) {
         (self.segment, self.fraction.to_bits())
     }
 
-    /// The shares of a force there on both ends of the segment.
+    /// Returns the shares of a force at the point on both ends of the segment.
     pub fn shares(&self) -> [f64; 2] {
         [1.0 - self.fraction, self.fraction]
     }
 
-    /// The mean of a field at both ends, by share.
+    /// Returns the mean of a field at both ends, by share.
     #[inline]
     pub fn of(&self, field: &Field) -> [f64; 3] {
         let [inner, outer] = self.shares();
@@ -280,7 +280,7 @@ impl FilamentPoint {
         )
     }
 
-    /// Adds a force there to those on the ends.
+    /// Adds a force at the point to the forces on both ends.
     #[inline]
     pub fn load(&self, force: [f64; 3], forces: &mut GroupField<'_>) {
         let [inner, outer] = self.shares();

@@ -12,16 +12,16 @@ use super::arrangement::{Root, random_of};
 /// A filament of a brush.
 pub type ToolFilament = Filament<Turning<RotaryTool>, Part>;
 
-/// Whether the filaments of a brush differ from each other.
+/// Returns `true` if the filaments of a brush differ from each other.
 pub fn differ(settings: &Settings) -> bool {
     settings.brush_or_default().lateral_tilt_std_rad > 0.0 || settings.uncertainty.scatters()
 }
 
-/// The settings of one filament of a brush: those of all, with its own deviations. Filaments that
-/// are not possible are drawn again.
+/// Returns the settings of one filament of a brush: those of all, with its own deviations.
+/// Impossible filaments are drawn again.
 pub fn settings_of(settings: &Settings, root: &Root) -> Settings {
     /// Draws before the mean is taken.
-    const DRAWS: usize = 1000;
+    const MAX_DRAWS: usize = 1000;
     let brush = settings.brush_or_default();
     let [
         length,
@@ -39,7 +39,7 @@ pub fn settings_of(settings: &Settings, root: &Root) -> Settings {
         return own;
     }
     let tilt = own.filament.lateral_tilt_rad;
-    for _ in 0..DRAWS {
+    for _ in 0..MAX_DRAWS {
         let filament = &mut own.filament;
         *filament = FilamentSettings {
             lateral_tilt_rad: tilt,
@@ -65,8 +65,8 @@ pub fn settings_of(settings: &Settings, root: &Root) -> Settings {
     }
 }
 
-/// A filament of a brush that its own settings state. It turns as `pass`, behind it by the angle of
-/// its root.
+/// Creates the filament that its `own` settings state. It turns as `pass`, behind it by the angle
+/// of its root.
 pub fn filament(own: &Settings, pass: &Pass, root: &Root) -> ToolFilament {
     let Turning {
         tool,
@@ -90,15 +90,15 @@ pub fn filament(own: &Settings, pass: &Pass, root: &Root) -> ToolFilament {
     }
 }
 
-/// Whether an untouched filament turns rigidly with the body: a straight one in its plane, without
-/// gravity.
+/// Returns `true` if an untouched filament turns rigidly with the body: a straight one in its
+/// plane, without gravity.
 pub fn rest(own: &Settings) -> bool {
     own.filament.waviness_amplitude_m == 0.0
         && own.filament.lateral_tilt_rad == 0.0
         && own.process.gravity_m_s2 == [0.0; 3]
 }
 
-/// Radii of the segments of a filament in m: those at their centres.
+/// Returns the radii of the segments of a filament in m, at their centres.
 pub fn radii(filament: &FilamentSettings) -> impl Iterator<Item = f64> {
     let count = filament.segments as f64;
     (0..filament.segments)

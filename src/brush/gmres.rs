@@ -14,10 +14,10 @@ pub type Vector = Vec<[Lanes; 2]>;
 /// Blocks of one group.
 pub type GroupPart = [[Lanes; 2]];
 
-/// `(M + C) x = b`, where `M` is block-diagonal, with a block for each filament.
+/// Equations `(M + C) x = b`, with a block-diagonal `M`: a block for each filament.
 pub trait Coupled {
-    /// `M⁻¹ x`, in place, once `prepare` has put the part of each coupled group into `x`, with that
-    /// of `y`.
+    /// Computes `M⁻¹ x` in place, once `prepare` has put the part of each coupled group into `x`,
+    /// with that of `y`.
     fn precondition(
         &mut self,
         x: &mut Vector,
@@ -25,8 +25,8 @@ pub trait Coupled {
         prepare: impl Fn(usize, &mut GroupPart, &mut GroupPart) + Sync,
     );
 
-    /// `C x` of the `x` that was preconditioned last. `combine` gets the part of each coupled
-    /// group, and one of `sums`.
+    /// Computes `C x` of the `x` that was preconditioned last. `combine` gets the part of each
+    /// coupled group, and one of `sums`.
     fn couple(
         &mut self,
         image: &mut Vector,
@@ -44,28 +44,28 @@ pub struct Krylov {
     preconditioned: Vec<Vector>,
     /// Sums over groups.
     sums: Vec<Vec<f64>>,
-    /// The columns of the Hessenberg matrix, made triangular by rotations as it grows.
+    /// Columns of the Hessenberg matrix, made triangular by rotations as it grows.
     triangle: Vec<Vec<f64>>,
     rotations: Vec<[f64; 2]>,
-    /// The right side after the rotations.
+    /// Right side after the rotations.
     remaining: Vec<f64>,
-    /// What is still to be subtracted from the next vector, by vector of the basis.
+    /// Projections to be subtracted from the next vector, by vector of the basis.
     projections: Vec<f64>,
 }
 
-/// How vectors are divided into parts.
+/// Division of vectors into parts.
 #[derive(Clone, Copy, Debug)]
 pub struct Division<'a> {
     /// Blocks of a part.
     pub blocks: usize,
-    /// Which groups are solved; the parts of the others are left as they are.
+    /// `true` for groups that are solved; the parts of the others are left as they are.
     pub coupled: &'a [bool],
-    /// The first coordinate of a block that is not zero everywhere.
+    /// First coordinate of a block that is not zero everywhere.
     pub first: usize,
 }
 
 impl Division<'_> {
-    /// Does `work` on the parts of the coupled groups, each with an item of `others`.
+    /// Applies `work` to the parts of the coupled groups, each with an item of `others`.
     fn for_each<T: Send>(
         self,
         vector: &mut Vector,
@@ -80,7 +80,7 @@ impl Division<'_> {
         team::for_each(parts, |(group, (part, other))| work(group, part, other));
     }
 
-    /// The sum over the coupled groups of their `index`-th sums.
+    /// Returns the sum over the coupled groups of their `index`-th sums.
     fn sum(self, sums: &[Vec<f64>], index: usize) -> f64 {
         sums.iter()
             .zip(self.coupled)
@@ -89,7 +89,7 @@ impl Division<'_> {
             .sum()
     }
 
-    /// Where the part of a group is.
+    /// Returns the place of the part of a group.
     fn part(self, group: usize) -> Range<usize> {
         group * self.blocks..(group + 1) * self.blocks
     }
@@ -104,7 +104,7 @@ impl Division<'_> {
         }
     }
 
-    /// Takes the projections on the vectors of the basis off the part of a group.
+    /// Subtracts the projections on the vectors of the basis from the part of a group.
     #[inline(always)]
     fn subtract(
         self,
@@ -131,20 +131,20 @@ impl Division<'_> {
     }
 }
 
-/// Share of the square of a vector below which the difference of squares is too inexact.
-const CANCELLED: f64 = 1e-2;
-/// The most vectors of the Krylov space.
+/// Least remaining share of a vector's square for which the difference of squares is exact enough.
+const MIN_REST_SHARE: f64 = 1e-2;
+/// Largest number of vectors of the Krylov space.
 const MAX_VECTORS: usize = 60;
 
 /// Solves for `right_side`, in place, until the residual is less than `tolerance` of it, by the
 /// generalised minimal residual method of Saad and Schultz (1986), preconditioned on the right by
-/// `M`. Returns the number of vectors, or none if it did not converge.
+/// `M`. Returns the number of vectors; `None` without convergence.
 ///
-/// `(M + C) M⁻¹ y = y + C M⁻¹ y`, so that a vector costs one solution with `M` and one product with
-/// `C`. Vectors are made orthogonal by the classical method of Gram and Schmidt, which is as good
-/// for the few that are needed, and goes over them once: what remains of one is known by
-/// Pythagoras' theorem, and is subtracted when it is needed. Sums go over groups in their order, so
-/// that they do not depend on the number of threads.
+/// As `(M + C) M⁻¹ y = y + C M⁻¹ y`, a vector costs one solution with `M` and one product with `C`.
+/// Vectors are made orthogonal by the classical method of Gram and Schmidt, which passes over them
+/// once and is exact enough for few. The norm of a remainder follows from Pythagoras' theorem;
+/// projections are subtracted when it is needed. Sums go over groups in order, whatever the number
+/// of threads.
 pub fn solve(
     system: &mut impl Coupled,
     right_side: &mut Vector,
@@ -228,7 +228,7 @@ pub fn solve(
                 .sum::<f64>();
         let column = &mut triangle[step];
         column.clone_from(projections);
-        rest = if left > CANCELLED * square {
+        rest = if left > MIN_REST_SHARE * square {
             left.sqrt()
         } else {
             let rest = norm(image, sums, division, |group, part| {
@@ -307,7 +307,7 @@ impl Krylov {
         }
     }
 
-    /// Memory for step `step`.
+    /// Allocates memory for step `step`.
     fn reserve(&mut self, step: usize) {
         if self.basis.len() < step + 2 {
             let vector = self.basis[0].clone();
@@ -318,7 +318,7 @@ impl Krylov {
     }
 }
 
-/// The size of a vector, after `change` of each group's part.
+/// Returns the norm of a vector, after `change` of each group's part.
 fn norm(
     vector: &mut Vector,
     sums: &mut [Vec<f64>],
@@ -340,7 +340,7 @@ fn norm(
 mod tests {
     use super::*;
 
-    /// A diagonal, and a dense coupling of which it is the larger part.
+    /// Diagonal matrix with a smaller dense coupling.
     struct Dense {
         diagonal: Vec<f64>,
         coupling: Vec<Vec<f64>>,

@@ -1,10 +1,10 @@
 //! Filaments that touch each other and the workpiece (docs/MODEL.md, "Filaments that touch").
 //!
 //! [`simulate_brush`] simulates a sector of a brush; [`BrushRun`] does so in parts, which can be
-//! stopped and resumed. Contact is ten thousand times as stiff as a filament in bending, so that
-//! all filaments are solved together, implicitly: Newton's method, whose linear equations are
-//! solved by the generalised minimal residual method, with each filament's own O(n) factorisation
-//! as preconditioner. docs/methods.md ("Filaments that touch") says why.
+//! stopped and resumed. Contact is ten thousand times as stiff as a filament in bending. All
+//! filaments are therefore solved together, implicitly, by Newton's method. Its linear equations
+//! are solved by the generalised minimal residual method, with each filament's own O(n)
+//! factorisation as preconditioner. docs/methods.md ("Filaments that touch") says why.
 //!
 //! ```
 //! use bristle::brush::simulate_brush;
@@ -55,7 +55,7 @@ pub use shortcuts::Shortcuts;
 
 use crate::model::settings::Settings;
 
-/// Simulates the sector of a brush that `settings` state, on so many threads.
+/// Simulates the sector of a brush that `settings` state, on `threads` threads.
 ///
 /// # Errors
 /// See [`BrushError`].

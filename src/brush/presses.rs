@@ -15,7 +15,7 @@ use crate::equations::linear::{
 };
 use crate::model::settings::Settings;
 
-/// The law of contact between filaments.
+/// Law of contact between filaments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PressLaw {
     /// `k_l` in N/m².
@@ -29,7 +29,7 @@ pub struct PressLaw {
 }
 
 impl PressLaw {
-    /// The law that `settings` state, or that of the defaults.
+    /// Returns the law that `settings` state, or the default one.
     pub fn of(settings: &Settings) -> Self {
         let brush = settings.brush_or_default();
         Self {
@@ -41,8 +41,8 @@ impl PressLaw {
     }
 }
 
-/// How the velocities of both ends of a segment add up to that of a point that the segment carries
-/// at `arm` (m) from `place`.
+/// Returns matrices from the velocities of both ends of a segment to that of a point that it
+/// carries at `arm` (m) from `place`.
 fn carried(place: &FilamentPoint, along: [f64; 3], arm: [f64; 3]) -> [Matrix; 2] {
     let (projection, square) = (dot(along, arm), dot(along, along));
     let turn: Matrix = std::array::from_fn(|i| {
@@ -54,18 +54,18 @@ fn carried(place: &FilamentPoint, along: [f64; 3], arm: [f64; 3]) -> [Matrix; 2]
     [difference(&inner, &turn), sum(&outer, &turn)]
 }
 
-/// A point of a filament, and the point of a segment of another one that is nearest to it.
+/// Point of a filament, and the nearest point of a segment of another filament.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Near {
-    /// The point `x` of the rule.
+    /// Point `x` of the rule.
     pub point: FilamentPoint,
-    /// The nearest point `y`.
+    /// Nearest point `y`.
     pub nearest: FilamentPoint,
-    /// True if `y` lies inside its segment, and not at an end of it.
+    /// `true` if `y` lies inside its segment, and not at an end.
     pub is_inside: bool,
-    /// The segment of `y`, from its inner end to its outer end, in m.
+    /// Segment of `y`, from its inner end to its outer end, in m.
     pub along: [f64; 3],
-    /// From `y` to `x`, in m.
+    /// Vector from `y` to `x` in m.
     pub offset: [f64; 3],
     /// Sum of the radii of both filaments there, in m.
     pub reach: f64,
@@ -74,7 +74,7 @@ pub struct Near {
 }
 
 impl Near {
-    /// The point of `segment` that is nearest to `point`.
+    /// Finds the point of `segment` that is nearest to `point`.
     #[cfg(test)]
     pub fn on_segment(point: FilamentPoint, segment: Node, positions: &Field, reach: f64) -> Self {
         Self::between(
@@ -86,7 +86,7 @@ impl Near {
         )
     }
 
-    /// The same for a point at `x` and a segment with the given ends, all in m.
+    /// Finds the nearest point to a point at `x` on a segment with the given ends, all in m.
     #[inline]
     pub fn between(
         point: FilamentPoint,
@@ -110,7 +110,7 @@ impl Near {
         }
     }
 
-    /// Turned about `z` by an angle of this sine and cosine.
+    /// Returns the vectors turned about `z` by an angle of this sine and cosine.
     #[inline]
     pub fn turned(self, (sin, cos): (f64, f64)) -> Self {
         let turned = |[x, y, z]: [f64; 3]| [cos * x - sin * y, sin * x + cos * y, z];
@@ -121,20 +121,20 @@ impl Near {
         }
     }
 
-    /// Identifies the point among those of one filament that are near another: the image of the
-    /// other, and the place of the point.
+    /// Returns a key of the point among those of one filament near another: periodic image of the
+    /// other, place of the point.
     #[inline]
     pub fn key(&self) -> (i16, (Node, u64)) {
         (self.image, self.point.key())
     }
 
-    /// `true` if the point presses on the segment.
+    /// Returns `true` if the point presses on the segment.
     #[inline]
     pub fn is_within_reach(&self) -> bool {
         self.square() < self.reach * self.reach
     }
 
-    /// The square of the distance in m².
+    /// Returns the squared distance in m².
     #[inline]
     pub fn square(&self) -> f64 {
         dot(self.offset, self.offset)
@@ -144,7 +144,7 @@ impl Near {
 /// A point of one filament that presses on another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Press {
-    /// The points.
+    /// Points.
     pub near: Near,
     /// Unit vector from `y` to `x`.
     normal: [f64; 3],
@@ -154,11 +154,11 @@ pub struct Press {
     overlap: f64,
     /// `½ k_l Δs` in N/m.
     stiffness: f64,
-    /// `1 + χ δ̇`, which is not negative.
+    /// `max(0, 1 + χ δ̇)`.
     rate_factor: f64,
     /// Normal force in N.
     pub normal_force: f64,
-    /// Power that damping and friction take, in W.
+    /// Power that damping and friction dissipate, in W.
     pub dissipated: f64,
     rub: Option<Box<Rub>>,
 }
@@ -166,22 +166,22 @@ pub struct Press {
 /// Friction of a press.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Rub {
-    /// How the velocities of the ends of both segments add up to that of the surface of `x`'s
+    /// Matrices from the velocities of the ends of both segments to that of the surface of `x`'s
     /// filament relative to the other.
     carried: [Matrix; 4],
-    /// That velocity across the normal in m/s.
+    /// Part of this velocity across the normal in m/s.
     sliding: [f64; 3],
-    /// Its regularised size.
+    /// Regularised sliding speed in m/s.
     speed: f64,
     /// Friction on `x`'s filament in N.
     force: [f64; 3],
-    /// The direction of sliding, as far as Newton's method knows it; see [`Press::follow`].
+    /// Direction of sliding as an unknown of Newton's method; see [`Press::follow`].
     direction: [f64; 3],
 }
 
 impl Press {
-    /// A point of a filament that is nearer to another one than the law's reach, and stands for the
-    /// length `length` (m) of its segment.
+    /// Computes the press of a point that is within reach of another filament, and stands for
+    /// `length` (m) of its segment.
     #[inline(always)]
     pub fn new(
         law: &PressLaw,
@@ -248,14 +248,14 @@ impl Press {
         press
     }
 
-    /// Takes the direction of sliding for the tangent from the iteration before, in which the point
-    /// had the press `before`.
+    /// Updates the direction of sliding for the tangent from the iteration before, in which the
+    /// point had the press `before`.
     ///
     /// Friction changes its sign over so small a speed that Newton’s method would oscillate across
-    /// it. Therefore the direction `w` is an unknown of its own, of the equation `|v|_reg w = v`
-    /// (Chan, Golub and Mulet 1999), whose linearisation about `before` gives `w` here. The tangent
-    /// has `(I − w vᵀ/|v|_reg)/|v|_reg`, and the force is that of `v` alone, so that solutions do
-    /// not depend on `w`.
+    /// it. Therefore the direction `w` is an unknown of its own, with the equation `|v|_reg w = v`
+    /// (Chan, Golub and Mulet 1999). Its linearisation about `before` gives `w` here. The tangent
+    /// has `(I − w vᵀ/|v|_reg)/|v|_reg`. The force is that of `v` alone: solutions do not depend on
+    /// `w`.
     pub fn follow(&mut self, before: &Self) {
         let (Some(rub), Some(before)) = (&mut self.rub, &before.rub) else {
             return;
@@ -269,19 +269,19 @@ impl Press {
         rub.direction = scale(1.0 / size.max(1.0), direction);
     }
 
-    /// The ends of both segments among all nodes: those of `x`'s, then those of `y`'s.
+    /// Returns the ends of both segments among all nodes: those of `x`'s, then those of `y`'s.
     fn nodes(&self) -> [Node; 4] {
         let (point, nearest) = (self.near.point.segment, self.near.nearest.segment);
         [point, point.outer(), nearest, nearest.outer()]
     }
 
-    /// By how much `x − y` moves with each of the ends.
+    /// Returns the share of each end in the motion of `x − y`.
     fn shares(&self) -> [f64; 4] {
         let ([a, b], [c, d]) = (self.near.point.shares(), self.near.nearest.shares());
         [a, b, -c, -d]
     }
 
-    /// The force on `x`'s filament in N.
+    /// Returns the force on `x`'s filament in N.
     pub fn force(&self) -> [f64; 3] {
         let normal = scale(self.normal_force, self.normal);
         self.rub
@@ -307,8 +307,7 @@ impl Press {
         self.rub_ends(2, self.near.nearest.segment, forces);
     }
 
-    /// Adds the friction on the ends of one of both segments, the first of which is the end
-    /// `first`.
+    /// Adds the friction on both ends of a segment; `first` is the number of its inner end.
     #[inline]
     fn rub_ends(&self, first: usize, segment: Node, forces: &mut GroupField<'_>) {
         let Some(Rub { carried, force, .. }) = self.rub.as_deref() else {
@@ -318,13 +317,13 @@ impl Press {
         forces.add(segment.outer(), mul_transposed(&carried[first + 1], *force));
     }
 
-    /// Energy stored in J: `½ · ½ k_l Δs ⟨d − r⟩²`.
+    /// Returns the energy stored in J: `½ · ½ k_l Δs ⟨d − r⟩²`.
     pub fn energy(&self) -> f64 {
         0.5 * self.stiffness * self.overlap * self.overlap
     }
 
-    /// How the forces change with the accelerations of the ends, where a step moves these by `w_q`
-    /// and their velocities by `w_v`.
+    /// Returns the tangent of the forces by the accelerations of the ends, for their weights `w_q`
+    /// in positions and `w_v` in velocities.
     #[inline(always)]
     pub fn tangent(&self, law: &PressLaw, weights: [f64; 2]) -> PressTangent {
         let [by_position, by_rate] = weights;
@@ -338,7 +337,7 @@ impl Press {
         } = self;
         let elastic = stiffness * overlap;
         let damping = if rate_factor > 0.0 { law.damping } else { 0.0 };
-        // How the normal force falls as `x` moves away from `y`.
+        // Fall of the normal force as `x` moves away from `y`.
         let fall = by_position * stiffness * rate_factor + by_rate * elastic * damping;
         // (I − n nᵀ)/r is the curvature of the distance from a fixed point.
         let across = by_position * elastic * rate_factor / distance;
@@ -403,37 +402,37 @@ impl Press {
     }
 }
 
-/// How the forces of a press on the ends of both segments change with the displacements of these
+/// Tangent of the forces of a press on the ends of both segments by the displacements of these
 /// ends; see [`Press::tangent`].
 #[derive(Clone, Debug)]
 pub struct PressTangent {
-    /// Those of `x` and of `y`.
+    /// Segments of `x` and of `y`.
     pub segments: [Node; 2],
     /// See [`Press::shares`].
     shares: [f64; 4],
     normal: [f64; 3],
-    /// How the force changes with the displacement of `x` relative to that of `y`: across the
-    /// normal, and what is added along it.
+    /// Tangent of the force by the displacement of `x` relative to that of `y`: across the normal,
+    /// and the addition along it.
     across: f64,
     along_normal: f64,
-    /// The factor of `g gᵀ`, which is added to it. At the ends of `y`'s segment `g` is `s u + r n`
-    /// and `s' u − r n`, at those of `x`'s it is `−s u`, with the shares of the ends.
+    /// Factor of `g gᵀ`, which is added to the tangent. At the ends of `y`'s segment `g` is `s u +
+    /// r n` and `s' u − r n`, at those of `x`'s it is `−s u`, with the shares of the ends.
     shifting: f64,
     slopes: [[f64; 3]; 4],
     rub: Option<Box<RubTangent>>,
 }
 
-/// How friction changes.
+/// Tangent of friction.
 #[derive(Clone, Copy, Debug)]
 struct RubTangent {
     carried: [Matrix; 4],
-    /// With the displacement of each end.
+    /// Tangent by the displacement of each end.
     by_ends: [Matrix; 4],
 }
 
 impl PressTangent {
-    /// The change of the force on the end `force` with the displacement of the end `motion`, of
-    /// both segments' ends: those of `x`'s come first.
+    /// Returns the tangent of the force on the end `force` by the displacement of the end `motion`,
+    /// of `x`'s segment first, then of `y`'s.
     #[inline(always)]
     fn block<const D: usize>(&self, force: usize, motion: usize) -> [[f64; D]; D] {
         let Self {
@@ -467,7 +466,7 @@ impl PressTangent {
         block
     }
 
-    /// Adds how the forces on the ends of a segment, `x`'s (0) or `y`'s (1), change with its own
+    /// Adds the tangent of the forces on the ends of a segment, `x`'s (0) or `y`'s (1), by its own
     /// motion.
     #[inline(always)]
     pub fn add_changes<const D: usize>(&self, side: usize, changes: &mut Changes) {
@@ -477,18 +476,18 @@ impl PressTangent {
     }
 }
 
-/// How the forces on the ends of one segment change with the displacements of the ends of another
-/// one, in so many dimensions.
+/// Tangent of the forces on the ends of one segment by the displacements of the ends of another, in
+/// `D` dimensions.
 #[derive(Clone, Debug)]
 pub struct Coupling<const D: usize> {
-    /// The segment that the forces are on, and that which is displaced.
+    /// Segment with the forces, and segment that is displaced.
     pub segments: [Node; 2],
-    /// By component of the displacement of either end: the forces on both ends.
+    /// Forces on both ends, by component of the displacement of either end.
     columns: [[[[f64; D]; 2]; D]; 2],
 }
 
 impl<const D: usize> Coupling<D> {
-    /// None yet of the second of both `segments` on the first.
+    /// Creates a zero tangent on the first of both `segments`.
     pub fn new(segments: [Node; 2]) -> Self {
         Self {
             segments,
@@ -496,7 +495,7 @@ impl<const D: usize> Coupling<D> {
         }
     }
 
-    /// Adds that of a press on `x`'s segment (0) or on `y`'s (1).
+    /// Adds the tangent of a press on `x`'s segment (0) or on `y`'s (1).
     #[inline(always)]
     pub fn add(&mut self, tangent: &PressTangent, side: usize) {
         for (motion, columns) in self.columns.iter_mut().enumerate() {
@@ -511,7 +510,7 @@ impl<const D: usize> Coupling<D> {
         }
     }
 
-    /// Adds to the `forces` how they change with the `displacements`.
+    /// Adds the change of the forces by the `displacements` to `forces`.
     #[inline(always)]
     pub fn apply(&self, displacements: &Field, forces: &mut GroupField<'_>) {
         let [on, from] = self.segments;
@@ -577,8 +576,7 @@ mod tests {
         [-0.3, 0.2, 0.4],
     ];
 
-    /// The ends of the first segment, which is of one filament, and of the second, which is of
-    /// another.
+    /// Returns the ends of the first segment and of the second, which are of two filaments.
     fn nodes() -> [Node; 4] {
         [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(filament, k)| Node::new(filament, k, 1))
     }
@@ -615,7 +613,7 @@ mod tests {
         )
     }
 
-    /// The forces that `load` adds.
+    /// Returns the forces that `load` adds.
     fn in_group(load: impl FnOnce(&mut GroupField<'_>)) -> [[f64; 3]; 4] {
         let mut field = Field::new(1, 1);
         load(&mut GroupField::new(0, 1, &mut field.0));
@@ -737,8 +735,8 @@ mod tests {
             friction: 0.0,
             ..LAW
         };
-        // A step that moves by its velocities alone leaves out how the surfaces turn with the
-        // positions, as the tangent does.
+        // A step by velocities alone leaves out the turn of the surfaces with the positions, as the
+        // tangent does.
         for (law, weights) in [
             (elastic, [1.0, 0.0]),
             (damped, [0.0, 1.0]),

@@ -1,4 +1,4 @@
-//! Where filaments press on each other, and what that does to groups of them.
+//! Presses between filaments, and their effect on groups.
 
 use super::candidates::{Candidates, Layout};
 use super::field::{Changes, Field, GroupField, Nodes, wide};
@@ -6,7 +6,7 @@ use super::presses::{Coupling, Near, Press, PressLaw, PressTangent};
 use super::team;
 use crate::equations::LANES;
 
-/// Sums those of all groups.
+/// Sums the couplings of all groups.
 fn fill<const D: usize>(
     all: &mut [OfGroup<D>],
     tangents: &[Vec<PressTangent>],
@@ -18,39 +18,39 @@ fn fill<const D: usize>(
     });
 }
 
-/// A press, with both filaments: that of the point first.
+/// A press, with both filaments: the point's first.
 pub type Pair = ([usize; 2], Press);
 
 /// All presses, by the group of the point.
 pub struct Pressing {
     law: PressLaw,
     presses: Vec<Vec<Pair>>,
-    /// The same in the evaluation before.
+    /// Presses in the evaluation before.
     earlier: Vec<Vec<Pair>>,
     tangents: Vec<Vec<PressTangent>>,
-    /// By group, which presses are on it: the group of the point, and the index there.
+    /// Presses on each group: the group of the point, and the index there.
     incoming: Vec<Vec<[u32; 2]>>,
     couplings: Couplings,
 }
 
-/// By group, how the forces on its segments change with the displacements of others.
+/// Tangents of the forces on the segments of each group by the displacements of others.
 enum Couplings {
     Planar(Vec<OfGroup<2>>),
     Spatial(Vec<OfGroup<3>>),
 }
 
-/// Those of one group, one for each pair of segments.
+/// Couplings of one group, one for each pair of segments.
 #[derive(Clone)]
 struct OfGroup<const D: usize> {
     couplings: Vec<Coupling<D>>,
-    /// By node of the group: the last one with forces on its segment; and by coupling, the one
-    /// before that on the same segment.
+    /// Last coupling with forces on the segment, by node of the group; and (`before`) by coupling,
+    /// the one before it on the same segment.
     last: Vec<Option<u32>>,
     before: Vec<Option<u32>>,
 }
 
 impl<const D: usize> OfGroup<D> {
-    /// None, on a group of so many nodes.
+    /// Creates no couplings, on a group of `nodes` nodes.
     fn new(nodes: usize) -> Self {
         Self {
             couplings: Vec::new(),
@@ -59,7 +59,7 @@ impl<const D: usize> OfGroup<D> {
         }
     }
 
-    /// Sums those of the presses on `group`.
+    /// Sums the tangents of the presses on `group`.
     fn fill(&mut self, group: usize, tangents: &[Vec<PressTangent>], incoming: &[[u32; 2]]) {
         self.couplings.clear();
         self.before.clear();
@@ -95,7 +95,7 @@ impl<const D: usize> OfGroup<D> {
         couplings[index as usize].add(tangent, side);
     }
 
-    /// Adds to the `forces` how they change with the `displacements`.
+    /// Adds the change of the forces by the `displacements` to `forces`.
     fn apply(&self, displacements: &Field, forces: &mut GroupField<'_>) {
         wide(
             #[inline(always)]
@@ -109,7 +109,7 @@ impl<const D: usize> OfGroup<D> {
 }
 
 impl Pressing {
-    /// No presses, on the filaments of a layout. In the plane, nothing moves along `z`.
+    /// Creates an empty list for the filaments of a layout. In the plane, nothing moves along `z`.
     pub fn new(law: PressLaw, layout: &Layout, is_planar: bool) -> Self {
         let (groups, nodes) = (layout.groups(), (layout.segments + 1) * LANES);
         let none = vec![Vec::new(); groups];
@@ -128,28 +128,28 @@ impl Pressing {
         }
     }
 
-    /// All of them.
+    /// Returns all presses.
     pub fn iter(&self) -> impl Iterator<Item = &Pair> {
         self.presses.iter().flatten()
     }
 
-    /// Those whose points are on a group.
+    /// Returns the presses whose points are on a group.
     pub fn of_points(&self, group: usize) -> &[Pair] {
         &self.presses[group]
     }
 
-    /// Whether there are any on a group.
+    /// Returns `true` if there are presses on a group.
     pub fn is_any(&self, group: usize) -> bool {
         !self.presses[group].is_empty() || !self.incoming[group].is_empty()
     }
 
-    /// Forgets what the next ones would follow.
+    /// Forgets the presses that the next ones would follow.
     pub fn forget(&mut self) {
         self.presses.iter_mut().for_each(Vec::clear);
     }
 
-    /// Finds them among the `candidates`, whose nodes are at `nodes`; with `weights` of positions
-    /// and rates also how their forces change.
+    /// Finds the presses among the `candidates`, whose nodes are at `nodes`; with `weights` of
+    /// positions and rates also their tangents.
     pub fn find(
         &mut self,
         candidates: &mut Candidates,
@@ -173,7 +173,7 @@ impl Pressing {
             .zip(&mut *tangents);
         team::for_each(parts, |(((watched, presses), earlier), tangents)| {
             presses.clear();
-            // Friction alone follows what was there.
+            // Only friction follows the presses before.
             let mut earlier = earlier.iter().filter(|_| law.friction > 0.0).peekable();
             watched.for_each_near(|filaments, near| {
                 let mut press = Press::new(law, near, layout.part_length(filaments[0]), nodes);
@@ -223,7 +223,7 @@ impl Pressing {
         }
     }
 
-    /// Adds how the forces on a group change with its own motion.
+    /// Adds the tangents of the forces on a group by its own motion.
     pub fn add_changes(&self, group: usize, changes: &mut Changes) {
         match &self.couplings {
             Couplings::Planar(_) => self.add_changes_in::<2>(group, changes),
@@ -240,7 +240,7 @@ impl Pressing {
         }
     }
 
-    /// Adds to the `forces` on a group how they change with the `displacements` of others.
+    /// Adds the change of the `forces` on a group by the `displacements` of others.
     pub fn couple(&self, group: usize, displacements: &Field, forces: &mut GroupField<'_>) {
         match &self.couplings {
             Couplings::Planar(all) => all[group].apply(displacements, forces),

@@ -10,15 +10,15 @@ use super::bundle::Effort;
 /// One filament of a brush.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FilamentResult {
-    /// Its column; 0 meets the workpiece first.
+    /// Column; 0 meets the workpiece first.
     pub column: usize,
-    /// Its row, from that at the least `z`.
+    /// Row; 0 has the least `z`.
     pub row: usize,
-    /// The angle of its root about the tool axis, behind that of column 0, in rad.
+    /// Angle of its root about the tool axis, behind that of column 0, in rad.
     pub root_angle_rad: f64,
     /// `z` of its root in m.
     pub root_z_m: f64,
-    /// Whether the metrics of the tool count it.
+    /// `true` if the metrics of the tool count it.
     pub is_counted: bool,
     /// Its contact with the workpiece.
     pub metrics: Metrics,
@@ -26,7 +26,7 @@ pub struct FilamentResult {
     pub press_impulse_n_s: f64,
 }
 
-/// The forces of the tool at one time: sums over all filaments of the sector.
+/// Forces of the tool at one time: sums over all filaments of the sector.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ToolSample {
@@ -36,7 +36,7 @@ pub struct ToolSample {
     pub contact_normal_force_n: f64,
     /// Force of the workpiece on the filaments in N.
     pub contact_force_n: [f64; 3],
-    /// Its moment about the tool axis in N m.
+    /// Moment of that force about the tool axis in N m.
     pub contact_moment_n_m: f64,
     /// Sum of the forces with which filaments press on each other in N.
     pub press_force_n: f64,
@@ -46,7 +46,7 @@ pub struct ToolSample {
     pub touching_pairs: usize,
 }
 
-/// How two filaments press on each other, over the whole simulation.
+/// Contact of two filaments over the whole simulation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PairResult {
     /// Column and row of one.
@@ -59,9 +59,10 @@ pub struct PairResult {
     pub vector_impulse_n_s: [f64; 3],
     /// Largest normal force in N.
     pub peak_force_n: f64,
-    /// Time in which they touch, in s.
+    /// Time of contact in s.
     pub contact_time_s: f64,
-    /// Where, as the mean distance along both filaments from the root weighted by the force, in m.
+    /// Mean distance of the contact from the roots along both filaments, weighted by the force, in
+    /// m.
     pub arc_length_m: f64,
     /// Work of friction and damping between them in J.
     pub dissipated_j: f64,
@@ -75,82 +76,81 @@ pub struct Frame {
     pub time_s: f64,
     /// Angle `β` of the filament in column 0 in rad.
     pub tool_angle_rad: f64,
-    /// By filament, from root to tip, in m.
+    /// Nodes by filament, from root to tip, in m.
     pub nodes_m: Vec<Vec<[f32; 3]>>,
-    /// By filament: contact normal force on the workpiece in N.
+    /// Contact normal force on the workpiece in N, by filament.
     pub contact_normal_force_n: Vec<f32>,
-    /// By filament: sum of the forces of other filaments on it in N.
+    /// Sum of the forces of other filaments in N, by filament.
     pub press_force_n: Vec<f32>,
 }
 
-/// The steady stretch of columns.
+/// Steady stretch of columns.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stretch {
-    /// The first column that counts.
+    /// First column that counts.
     pub first: usize,
-    /// The last one.
+    /// Last column that counts.
     pub last: usize,
-    /// Standard error of the mean `p_n`, over it, by batch means over its columns.
+    /// Relative standard error of the mean `p_n`, by batch means over the columns.
     pub standard_error: f64,
 }
 
-/// The result of a brush.
+/// Result of a brush.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BrushResult {
-    /// The filaments, column by column.
+    /// Filaments, column by column.
     pub filaments: Vec<FilamentResult>,
     /// Means over the filaments that count (largest values of extremes); forces of the whole tool.
     pub tool: Metrics,
-    /// One filament alone.
+    /// Means over the same filaments, each alone.
     pub alone: Metrics,
     /// Mean `p_n` over that of one filament alone; zero if that is zero.
     pub interaction_factor: f64,
-    /// The columns that count.
+    /// Columns that count.
     pub stretch: Stretch,
-    /// Number of columns and rows.
+    /// Number of columns.
     pub columns: usize,
     /// Number of rows.
     pub rows: usize,
     /// Number of filaments around in a row, as a mean: `N_f/rows`.
     pub filaments_around: f64,
-    /// The tool over time.
+    /// Forces of the tool over time.
     pub history: Vec<ToolSample>,
     /// Pairs of filaments that touched, by filament.
     pub pairs: Vec<PairResult>,
-    /// The sector at equally spaced times.
+    /// Sector at equally spaced times.
     pub frames: Vec<Frame>,
     /// Work done.
     pub statistics: BrushStatistics,
     /// Mean contact normal impulse of each turn in N s; empty for a single pass.
     pub turn_contact_normal_impulses_n_s: Vec<f64>,
-    /// The balance of the energies.
+    /// Balance of the energies.
     pub energies: EnergyBalance,
-    /// By how much energy and momentum fail to balance.
+    /// Relative defects of the balances of energy and momentum.
     pub residuals: Residuals,
-    /// Error estimate of the mean `p_n`, over it: that of the steps, and the standard error of the
+    /// Relative error estimate of the mean `p_n`: that of the steps, and the standard error of the
     /// mean over columns, added in squares.
     pub impulse_error_estimate: f64,
 }
 
-/// By how much energy and momentum fail to balance, each integrated apart from the motion.
+/// Relative defects of the balances of energy and momentum, each integrated apart from the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Residuals {
-    /// The energy that is lacking over that which was put in and taken, in either direction.
+    /// Energy defect over the energy put in and taken, in either direction.
     pub energy: f64,
-    /// The momentum that is lacking over that of the filaments and the impulse of the workpiece on
-    /// them. Forces between filaments are not part of the sum: what one does to the other must be
-    /// opposite.
+    /// Momentum defect over the momentum of the filaments and the impulse of the workpiece on them.
+    /// Forces between filaments are not part of the sum: they must be opposite.
     pub momentum: f64,
 }
 
-/// The balance of the energies of a sector.
+/// Balance of the energies of a sector.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EnergyBalance {
-    /// By how much the energy of filaments and contacts grew, in J.
+    /// Growth of the energy of filaments and contacts in J.
     pub gain_j: f64,
     /// Work of the clamps and of a moving workpiece in J.
     pub work_j: f64,
-    /// Energy that joints, contact damping and friction took, in J.
+    /// Energy that joints, contact damping and friction dissipated, in J.
     pub dissipated_j: f64,
 }
 
@@ -183,7 +183,7 @@ impl AddAssign for BrushStatistics {
 pub struct BrushStatistics {
     /// Steps.
     pub steps: usize,
-    /// Steps repeated because their error estimate was too large.
+    /// Rejected steps: their error estimate was too large.
     pub rejected_steps: usize,
     /// Steps repeated because Newton's method did not converge, or because filaments crossed.
     pub newton_failures: usize,

@@ -1,9 +1,9 @@
 //! Filaments that lean on their neighbours before they meet anything.
 //!
-//! Tilts, waves and lengths of their own would put undeformed filaments into each other. From the
-//! regular arrangement these deviations grow to their values, in rungs, with contact between
-//! filaments on, strong damping, and neither workpiece nor gravity, while the brush turns. Once the
-//! filaments are at rest relative to the body, their pose is where the motion begins.
+//! With tilts, waves and lengths of their own, undeformed filaments would overlap. These deviations
+//! grow from the regular arrangement in load increments (rungs), while the brush turns. Filaments
+//! touch each other, damping is strong, and there is neither workpiece nor gravity. The motion
+//! begins with their pose at rest relative to the body.
 
 use std::f64::consts::TAU;
 
@@ -16,57 +16,58 @@ use crate::model::settings::{FilamentSettings, Settings};
 /// tool.
 pub type Pose = Vec<[[f64; 3]; 2]>;
 
-/// Steps of a rung.
-pub const STEPS: usize = 12;
-/// The tips move by so much of the diameter in a rung, if there are fewer than [`MOST_GROWING`].
-const WAY: f64 = 0.25;
-const MOST_GROWING: usize = 40;
-/// Rungs without growth after which a brush that does not come to rest is given up.
-const MOST_RESTING: usize = 100;
-/// Those that a brush is expected to need.
-const USUAL_RESTING: usize = 6;
-/// The largest speed of a node relative to the body that counts as rest, over the brushing velocity
-/// and over that of a vibration in the first mode by a diameter: where points press on kinks of a
-/// polyline, some of it remains.
-const REST: [f64; 2] = [3e-4, 3e-3];
+/// Steps of a load increment.
+pub const STEPS_PER_RUNG: usize = 12;
+/// Motion of the tips in a load increment over the diameter, up to [`MAX_GROWING_RUNGS`].
+const GROWTH_PER_RUNG: f64 = 0.25;
+const MAX_GROWING_RUNGS: usize = 40;
+/// Load increments without growth before settling fails.
+const MAX_RESTING_RUNGS: usize = 100;
+/// Expected number of these load increments.
+const EXPECTED_RESTING_RUNGS: usize = 6;
+/// Largest speeds of a node relative to the body that count as rest, over the brushing velocity and
+/// over the speed of a vibration in the first mode by a diameter. Points that press on kinks of a
+/// polyline keep some speed.
+const MAX_REST_SPEEDS: [f64; 2] = [3e-4, 3e-3];
 
-/// How far filaments have settled.
+/// Progress of settling filaments.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settling {
-    /// Rungs that are done, and those of which the deviations grow.
+    /// Load increments done, and those with growing deviations.
     rung: usize,
     growing: usize,
-    /// The time of a step in s.
+    /// Step size in s.
     pub length: f64,
     /// Pose of each filament, group by group.
     pub poses: Vec<Vec<Pose>>,
-    /// The largest speed of a node relative to the body in m/s.
+    /// Largest speed of a node relative to the body in m/s.
     pub speed: f64,
 }
 
 impl Settling {
-    /// Filaments with these poses, without deviations of their own, by which undeformed tips move
-    /// by at most `way` (m).
+    /// Starts from poses without deviations, which move undeformed tips by at most `way` (m).
     pub fn new(settings: &Settings, way: f64, poses: Vec<Vec<Pose>>) -> Self {
         let period = TAU / first_natural_frequency(&settings.filament);
-        let growing = (way / (WAY * settings.filament.diameter_m)).ceil().max(2.0) as usize;
+        let growing = (way / (GROWTH_PER_RUNG * settings.filament.diameter_m))
+            .ceil()
+            .max(2.0) as usize;
         Self {
             rung: 0,
-            growing: growing.min(MOST_GROWING),
-            length: 0.25 * period / STEPS as f64,
+            growing: growing.min(MAX_GROWING_RUNGS),
+            length: 0.25 * period / STEPS_PER_RUNG as f64,
             poses,
             speed: f64::INFINITY,
         }
     }
 
-    /// The steps that are done, and those that it is expected to need.
+    /// Returns the steps done, and the expected number of steps.
     pub fn steps(&self) -> [usize; 2] {
-        let expected = self.growing + USUAL_RESTING;
-        [self.rung.min(expected - 1), expected].map(|rungs| STEPS * rungs)
+        let expected = self.growing + EXPECTED_RESTING_RUNGS;
+        [self.rung.min(expected - 1), expected].map(|rungs| STEPS_PER_RUNG * rungs)
     }
 
-    /// What the filaments have in common in the next rung.
+    /// Returns the common settings of the filaments while they settle.
     pub fn calm(settings: &Settings) -> Settings {
         let mut calm = settings.clone();
         calm.process.gravity_m_s2 = [0.0; 3];
@@ -78,7 +79,8 @@ impl Settling {
         calm
     }
 
-    /// A filament in the next rung, between the [common](Self::calm) settings and its `own`.
+    /// Returns a filament in the next load increment, between [common](Self::calm) and `own`
+    /// settings.
     pub fn grown(&self, calm: &Settings, own: &Settings) -> Settings {
         let share = ((self.rung + 1) as f64 / self.growing as f64).min(1.0);
         let (from, to) = (&calm.filament, &own.filament);
@@ -102,8 +104,8 @@ impl Settling {
         }
     }
 
-    /// Takes the poses at the end of a rung, on a body that turns at `rate` (rad/s). Returns
-    /// whether the filaments are at rest.
+    /// Takes the poses after a load increment, on a body that turns at `rate` (rad/s). Returns
+    /// `true` if the filaments are at rest.
     pub fn take(
         &mut self,
         poses: Vec<Vec<Pose>>,
@@ -119,16 +121,17 @@ impl Settling {
         self.speed = poses.iter().enumerate().map(speed).fold(0.0, f64::max);
         self.poses = poses;
         let vibration = settings.filament.diameter_m * first_natural_frequency(&settings.filament);
-        let rest = (REST[0] * settings.process.brushing_velocity_m_s).max(REST[1] * vibration);
+        let rest = (MAX_REST_SPEEDS[0] * settings.process.brushing_velocity_m_s)
+            .max(MAX_REST_SPEEDS[1] * vibration);
         self.rung >= self.growing && self.speed <= rest
     }
 
-    /// Whether it has taken so long that it will not come to rest.
+    /// Returns `true` if settling takes too long.
     pub fn is_hopeless(&self) -> bool {
-        self.rung >= self.growing + MOST_RESTING
+        self.rung >= self.growing + MAX_RESTING_RUNGS
     }
 
-    /// Goes back to a state. `None` if it is not one of these filaments.
+    /// Restores a state. Returns `None` if it does not fit these filaments.
     pub fn restore(&mut self, state: Self) -> Option<()> {
         let shape = |settling: &Self| -> Vec<Vec<usize>> {
             settling
@@ -145,7 +148,8 @@ impl Settling {
     }
 }
 
-/// Coordinates about `z` and rates of the segments of a pose when the tool is at `angle` (rad).
+/// Returns coordinates about `z` and rates of the segments of a pose when the tool is at `angle`
+/// (rad).
 pub fn coordinates(pose: &Pose, angle: f64) -> [Vec<[f64; 2]>; 2] {
     let segments = pose.iter().map(|[e, rate]| {
         let [q, v, _] =
@@ -156,14 +160,14 @@ pub fn coordinates(pose: &Pose, angle: f64) -> [Vec<[f64; 2]>; 2] {
     [q, v]
 }
 
-/// A vector turned about `z`.
+/// Returns a vector turned about `z`.
 pub fn turned([x, y, z]: [f64; 3], angle: f64) -> [f64; 3] {
     let (sin, cos) = angle.sin_cos();
     [cos * x - sin * y, sin * x + cos * y, z]
 }
 
-/// The largest speed of a node relative to a body that turns about `z` at `rate` (rad/s), with
-/// segments of `length` (m).
+/// Returns the largest speed of a node relative to a body that turns about `z` at `rate` (rad/s),
+/// with segments of `length` (m).
 fn fastest(pose: &Pose, length: f64, rate: f64) -> f64 {
     let mut velocity = [0.0; 3];
     let speeds = pose.iter().map(|[e, own]| {

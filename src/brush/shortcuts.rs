@@ -3,15 +3,15 @@
 /// Shortcuts of a simulation. Each only saves work: results agree without it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shortcuts {
-    /// Straight filaments sleep until something touches them.
+    /// `true` if straight filaments sleep until something touches them.
     pub sleep: bool,
-    /// Filaments are left out once neither they nor those behind them can touch the workpiece
-    /// again.
+    /// `true` if filaments are left out once neither they nor those behind them can touch the
+    /// workpiece again.
     pub leave_out: bool,
-    /// The workpiece is not searched where a bound of the distance excludes contact.
+    /// `true` if the workpiece is not searched where a bound of the distance excludes contact.
     pub clearance: bool,
-    /// The broad phase searches only pairs, points and segments that a bound of their distance does
-    /// not exclude.
+    /// `true` if the broad phase searches only pairs, points and segments that a bound of their
+    /// distance does not exclude.
     pub broad_phase: bool,
 }
 

@@ -1,9 +1,9 @@
 //! The steady stretch of a sector: the longest suffix of columns whose impulse has no trend.
 //!
-//! The first filaments meet an empty gap. What they do differs from what later ones do for as many
-//! columns as pass in about half a period of a filament and most of a contact. The last filaments
-//! have none behind them, which matters for as many columns as pass during a contact. Both were
-//! found from rows at 2 to 30 m/s and depths of 0.5 to 3 mm (docs/methods.md).
+//! The first filaments meet an empty gap. Their impulses differ from later ones over the columns
+//! that pass in about half a period of a filament and most of a contact. The last filaments have
+//! none behind them, which matters for the columns that pass during a contact. Both were found from
+//! rows at 2 to 30 m/s and depths of 0.5 to 3 mm (docs/methods.md).
 //!
 //! Impulses of neighbouring columns are correlated, so that columns are taken in batches of `⌊√n⌋`
 //! (Flegal and Jones, Annals of Statistics 38, 2010). There is no trend if the means of all batches
@@ -25,14 +25,14 @@ use crate::simulation::Pass;
 const EQUAL_SHARE: f64 = 1.0 / 3.0;
 /// Significance level above which batch means differ by chance.
 const SIGNIFICANCE: f64 = 0.01;
-/// The least length of a stretch in columns: four batches of four.
+/// Least length of a stretch in columns: four batches of four.
 const MIN_COLUMNS: usize = 16;
 
-/// How the ends of a sector are expected to matter, in columns.
+/// Expected influence of the ends of a sector, in columns.
 struct Expectation {
     entry: usize,
     exit: usize,
-    /// The least length of a stretch: along shorter ones impulses rise and fall.
+    /// Least length of a stretch: along shorter ones impulses rise and fall.
     length: usize,
 }
 
@@ -49,8 +49,8 @@ impl Expectation {
         }
     }
 
-    /// The error of a sector with too few columns, in which the mean impulse changes by `change`
-    /// along the best stretch, if it was simulated.
+    /// Returns the error of too few columns, with the `change` of the mean impulse along the best
+    /// stretch, if simulated.
     fn too_few(&self, arrangement: &Arrangement, change: Option<f64>) -> BrushError {
         let Arrangement {
             columns, around, ..
@@ -65,7 +65,7 @@ impl Expectation {
     }
 }
 
-/// Number of columns of a sector whose settings do not state it.
+/// Returns the number of columns of a sector whose settings do not state it.
 pub fn default_columns(settings: &Settings, pass: &Pass, rows: usize) -> usize {
     let around = settings.tool.filament_count / rows as f64;
     let brush = settings.brush_or_default();
@@ -82,14 +82,14 @@ pub fn default_columns(settings: &Settings, pass: &Pass, rows: usize) -> usize {
     needed.min(around.floor() as usize)
 }
 
-/// The number of columns that are expected to be needed for the stretch and those before it.
+/// Returns the expected number of columns of the stretch and before it.
 pub fn expected_to_count(settings: &Settings, pass: &Pass, arrangement: &Arrangement) -> usize {
     let Expectation { entry, length, .. } = Expectation::new(settings, pass, arrangement.around);
     (entry + length).min(columns_that_may_count(settings, pass, arrangement))
 }
 
-/// The number of columns that may count, from the first one. Those behind them are there only so
-/// that these are not the last ones.
+/// Returns the number of columns that may count, from the first one. Those behind them only serve
+/// as neighbours.
 pub fn columns_that_may_count(
     settings: &Settings,
     pass: &Pass,
@@ -102,8 +102,8 @@ pub fn columns_that_may_count(
     arrangement.columns.saturating_sub(exit)
 }
 
-/// Whether the columns of `filaments`, which have passed, end with a steady stretch to which more
-/// columns would add nothing: its batch means are equal to a share of the tolerance.
+/// Returns `true` if the columns of `filaments`, which have passed, end with a steady stretch to
+/// which more columns would add nothing: its batch means are equal to a share of the tolerance.
 pub fn has_settled(
     filaments: &[FilamentResult],
     settings: &Settings,
@@ -116,7 +116,7 @@ pub fn has_settled(
     first_column(&means, &expectation, |batches| batches.are_equal(tolerance)).is_some()
 }
 
-/// The longest steady stretch before the column `end`, or all columns if none is requested.
+/// Returns the longest steady stretch before the column `end`, or all columns if none is requested.
 ///
 /// # Errors
 /// If there is none.
@@ -130,7 +130,7 @@ pub fn find(
     let brush = settings.brush_or_default();
     let means = column_means(filaments, arrangement.rows);
     if !brush.steady {
-        // All columns are what was asked for: only filaments that differ make them a sample.
+        // All columns are requested: only filaments that differ make them a sample.
         let standard_error = if super::filaments::differ(settings) {
             Batches::new(&means).standard_error()
         } else {
@@ -159,7 +159,7 @@ pub fn find(
     })
 }
 
-/// Whether there can be the steady stretch that is requested.
+/// Checks that the requested steady stretch is possible.
 ///
 /// # Errors
 /// If the columns that may count are fewer than any stretch has.
@@ -177,7 +177,7 @@ pub fn check_columns(
     }
 }
 
-/// The mean impulse of each column in N s.
+/// Returns the mean impulse of each column in N s.
 fn column_means(filaments: &[FilamentResult], rows: usize) -> Vec<f64> {
     let impulse = |filament: &FilamentResult| filament.metrics.contact_normal_impulse_n_s;
     filaments
@@ -186,21 +186,21 @@ fn column_means(filaments: &[FilamentResult], rows: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The first column from which on the batches of the `means` of columns are steady.
+/// Returns the first column from which on batches of the columns' `means` are steady.
 fn first_column(
     means: &[f64],
     &Expectation { entry, length, .. }: &Expectation,
     are_steady: impl Fn(&Batches) -> bool,
 ) -> Option<usize> {
-    // Chance may hide what the entry does.
+    // Chance may hide the influence of the entry.
     let mut firsts = 2 * entry / 3..(means.len() + 1).saturating_sub(length);
     firsts.find(|first| are_steady(&Batches::new(&means[*first..])))
 }
 
-/// Columns in batches of equal size. Those left over by division, at the front, are in none.
+/// Columns in batches of equal size. Columns left over by division, at the front, are in none.
 struct Batches {
     mean: f64,
-    /// The mean of each batch.
+    /// Mean of each batch.
     means: Vec<f64>,
     /// Number of columns of a batch.
     size: usize,
@@ -226,7 +226,7 @@ impl Batches {
         }
     }
 
-    /// Whether all means are that of all columns, to a share of the `tolerance`.
+    /// Returns `true` if all batch means equal the mean, to a share of the `tolerance`.
     fn are_equal(&self, tolerance: f64) -> bool {
         let allowed = EQUAL_SHARE * tolerance * self.mean;
         self.means
@@ -234,13 +234,13 @@ impl Batches {
             .all(|mean| (mean - self.mean).abs() <= allowed)
     }
 
-    /// Sum of the squared deviations of the batches' means.
+    /// Returns the sum of the squared deviations of the batch means.
     fn between(&self) -> f64 {
         let mean = self.means.iter().sum::<f64>() / self.means.len() as f64;
         self.means.iter().map(|of| (of - mean).powi(2)).sum()
     }
 
-    /// Whether the means differ by chance only: a one-way analysis of variance.
+    /// Returns `true` if the means differ by chance only: a one-way analysis of variance.
     fn have_no_trend(&self) -> bool {
         let count = self.means.len() as f64;
         let [between, within] = [count - 1.0, count * (self.size as f64 - 1.0)];
@@ -248,7 +248,7 @@ impl Batches {
         ratio.is_finite() && fdtrc(between, within, ratio) > SIGNIFICANCE
     }
 
-    /// The standard error of the mean, over it.
+    /// Returns the relative standard error of the mean.
     fn standard_error(&self) -> f64 {
         let count = self.means.len() as f64;
         if count < 2.0 || self.mean <= 0.0 {
@@ -257,7 +257,7 @@ impl Batches {
         (self.between() / (count - 1.0) / count).sqrt() / self.mean
     }
 
-    /// The largest difference of two means, over the mean.
+    /// Returns the largest difference of two means, over the mean.
     fn largest_difference(&self) -> f64 {
         let [least, most] = self
             .means
@@ -277,7 +277,7 @@ impl Batches {
 mod tests {
     use super::*;
 
-    /// Columns that decay to a mean of one, and alternate about it.
+    /// Returns columns that decay to a mean of one, and alternate about it.
     fn columns(decay: f64, alternation: f64) -> Vec<f64> {
         let column =
             |k: i32| 1.0 + decay * 0.9_f64.powi(k) + alternation * f64::from(1 - 2 * (k % 2));

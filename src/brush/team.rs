@@ -10,16 +10,16 @@ use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 /// Threads, or the calling one alone.
 pub struct Team {
     threads: usize,
-    /// Shares loops; none where each item has a thread of its own.
+    /// Pool that shares loops; `None` if each item has a thread of its own.
     pool: Option<ThreadPool>,
 }
 
 impl Team {
-    /// Starts at most `threads`, and not more than there are processors, or `parts` of the work that
-    /// can be done at the same time. They share the loops of [`for_each`] if `shares_loops`.
+    /// Starts at most `threads` threads, not more than there are processors or `parts` of the work
+    /// that can be done at the same time. They share the loops of [`for_each`] if `shares_loops`.
     ///
     /// # Errors
-    /// If the system refuses them.
+    /// If the system refuses threads.
     pub fn new(
         threads: usize,
         parts: usize,
@@ -36,8 +36,8 @@ impl Team {
         Ok(Self { threads, pool })
     }
 
-    /// Does `work` on all items, on each with a thread of its own. Threads that share loops do few
-    /// items one after the other, on each all together.
+    /// Applies `work` to all items, each on a thread of its own. Threads that share loops do few
+    /// items one after the other, each together.
     pub fn run<T: Send>(
         &self,
         mut items: impl ExactSizeIterator<Item = T> + Send,
@@ -62,8 +62,7 @@ impl Team {
     }
 }
 
-/// Does `work` on all items, in an order that is not determined, on all threads of the pool that
-/// this is called in.
+/// Applies `work` to all items, in undetermined order, on all threads of the current pool.
 pub fn for_each<T: Send>(items: impl Iterator<Item = T>, work: impl Fn(T) + Sync + Send) {
     if rayon::current_thread_index().is_none() {
         items.for_each(work);

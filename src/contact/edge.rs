@@ -3,7 +3,7 @@
 //!
 //! The point lies at a fraction `ξ` of a segment. A force `F` there acts on both ends of the
 //! segment, with `(1 − ξ) F` and `ξ F`: the virtual displacement of a point of a rigid segment is
-//! that mean of those of its ends.
+//! this mean of those of its ends.
 
 use super::{Approach, ContactLaw};
 use crate::equations::NodeTangent;
@@ -14,21 +14,21 @@ use crate::workpiece::Edge;
 /// root.
 pub type Nodes<'a> = dyn Fn(usize) -> [[f64; 3]; 2] + 'a;
 
-/// The same positions in the plane of the profile.
+/// Positions of the nodes in the plane of the profile.
 type InProfile<'a> = dyn Fn(usize) -> [f64; 2] + 'a;
 
 /// A point of the filament's polyline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Station {
-    /// The segment, by its index from 0. Its ends are the nodes `segment` and `segment + 1`.
+    /// Index of the segment, from 0. Its ends are the nodes `segment` and `segment + 1`.
     pub segment: usize,
-    /// The fraction `ξ` of the segment, from its inner end.
+    /// Fraction `ξ` of the segment, from its inner end.
     pub fraction: f64,
 }
 
 impl Station {
-    /// The point of the polyline of `segments` segments that is nearest to the line of `centre`
-    /// along the extrusion.
+    /// Finds the point of the polyline of `segments` segments that is nearest to the line of
+    /// `centre` along the extrusion.
     fn nearest(segments: usize, nodes: &InProfile<'_>, centre: [f64; 2]) -> Self {
         let square = |&station: &Self| Projection::at(station.segment, nodes, centre).square;
         let all = (0..segments).map(|segment| Projection::at(segment, nodes, centre).station);
@@ -36,8 +36,8 @@ impl Station {
             .expect("a filament has a segment")
     }
 
-    /// The same, reached from a segment nearby: a point that is nearer than all others on its own
-    /// and the adjacent segments.
+    /// Finds the point from a segment nearby: it is nearer than all others on its own and the
+    /// adjacent segments.
     fn nearest_from(
         start: usize,
         segments: usize,
@@ -60,8 +60,8 @@ impl Station {
         }
     }
 
-    /// The point of the polyline that is nearest to `edge` at `time` (s). The search begins at the
-    /// segment `start`, or goes over all.
+    /// Finds the point of the polyline that is nearest to `edge` at `time` (s). The search begins
+    /// at the segment `start`, or goes over all.
     pub fn nearest_to(
         edge: &Edge,
         start: Option<usize>,
@@ -69,9 +69,9 @@ impl Station {
         nodes: &Nodes<'_>,
         time: f64,
     ) -> Self {
-        /// The nearest points of curve and polyline are found by turns, which converges
+        /// Alternations between the nearest points of curve and polyline, which converge
         /// quadratically.
-        const TURNS: usize = 12;
+        const MAX_ALTERNATIONS: usize = 12;
         let in_profile = |index: usize| edge.in_profile(nodes(index)[0], time);
         let at = |centre| match start {
             Some(start) => Self::nearest_from(start, segments, &in_profile, centre),
@@ -81,7 +81,7 @@ impl Station {
         if edge.is_arc() {
             return here;
         }
-        // Beside a stretch of a spline this may go from one bump to the next.
+        // Beside a stretch of a spline, this may go from one bump to the next.
         let away = |station: &Self| {
             let [position, _] = station.motion(nodes);
             let surface = edge.surface(position, time);
@@ -91,7 +91,7 @@ impl Station {
             segment: segments - 1,
             fraction: 1.0,
         };
-        for _ in 0..TURNS {
+        for _ in 0..MAX_ALTERNATIONS {
             let [position, _] = here.motion(nodes);
             let next = at(edge.centre(Some(edge.in_profile(position, time)), time));
             let moved = next.segment != here.segment
@@ -108,8 +108,8 @@ impl Station {
         }
     }
 
-    /// The distance in m of the polyline from a `point` (m) in the plane of the profile of `edge`,
-    /// at `time` (s).
+    /// Returns the distance in m of the polyline from a `point` (m) in the plane of the profile of
+    /// `edge`, at `time` (s).
     pub fn distance_from(
         point: [f64; 2],
         edge: &Edge,
@@ -123,12 +123,12 @@ impl Station {
         squares.fold(f64::INFINITY, f64::min).sqrt()
     }
 
-    /// The shares `1 − ξ` and `ξ` of a force at this point on the ends of the segment.
+    /// Returns the shares `1 − ξ` and `ξ` of a force at this point on the ends of the segment.
     pub fn shares(&self) -> [f64; 2] {
         [1.0 - self.fraction, self.fraction]
     }
 
-    /// Position and velocity of the filament's material there.
+    /// Returns position (m) and velocity (m/s) of the filament's material there.
     pub fn motion(&self, nodes: &Nodes<'_>) -> [[f64; 3]; 2] {
         let ([inner, inner_rate], [outer, outer_rate]) =
             (nodes(self.segment), nodes(self.segment + 1));
@@ -140,7 +140,7 @@ impl Station {
     }
 }
 
-/// The point of one segment that is nearest to a centre.
+/// Point of one segment that is nearest to a centre.
 struct Projection {
     station: Station,
     /// Square of its distance in m².
@@ -160,19 +160,19 @@ impl Projection {
     }
 }
 
-/// The contact of a filament with an edge.
+/// Contact of a filament with an edge.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeContact {
-    /// Where on the filament.
+    /// Place on the filament.
     pub station: Station,
-    /// Its position in m.
+    /// Position in m.
     pub position: [f64; 3],
-    /// The filament there, relative to the edge.
+    /// Approach of the filament to the edge there.
     pub approach: Approach,
 }
 
 impl EdgeContact {
-    /// The contact at `time` (s) of the point of the filament at `station` with `edge`, under
+    /// Computes the contact at `time` (s) of the filament's point at `station` with `edge`, under
     /// `law`.
     pub fn new(
         law: &ContactLaw,
@@ -190,7 +190,7 @@ impl EdgeContact {
         }
     }
 
-    /// How the forces on both ends of the segment change with the motion of these ends:
+    /// Returns the tangents of the forces on both ends of the segment by the motion of these ends:
     /// `[force][motion]`, inner end first.
     pub fn tangent(
         &self,
@@ -208,7 +208,7 @@ impl EdgeContact {
             (nodes(station.segment), nodes(station.segment + 1));
         let along = edge.across_extrusion(sub(outer_end, inner));
         let shares = station.shares();
-        // How the normal's angle and the fraction change with the positions of the ends.
+        // Derivatives of the normal's angle and the fraction by the positions of the ends.
         let (angles, fractions) = if station.fraction > 0.0 && station.fraction < 1.0 {
             let square = dot(along, along);
             let from_centre = scale(1.0 / approach.turn, approach.normal);
@@ -257,7 +257,7 @@ impl EdgeContact {
     }
 }
 
-/// The sum of a matrix and of products of a column and a row.
+/// Adds products of a column and a row to a matrix.
 fn add_outer<const N: usize>(
     matrix: [[f64; 3]; 3],
     products: [([f64; 3], [f64; 3]); N],
@@ -271,7 +271,8 @@ fn add_outer<const N: usize>(
 mod tests {
     use super::*;
 
-    /// Three nodes, of which a number moves by `step`: coordinates first, then velocities.
+    /// Returns three nodes, with component `number` moved by `step`: coordinates first, then
+    /// velocities.
     fn moved(number: usize, step: f64) -> impl Fn(usize) -> [[f64; 3]; 2] {
         move |index| {
             let mut node = [

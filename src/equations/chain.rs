@@ -1,34 +1,33 @@
-//! What the dynamics of a chain take and give: constants, motion of the clamp, loads on nodes,
+//! Inputs and outputs of the dynamics of a chain: constants, motion of the clamp, loads on nodes,
 //! energies.
 
 use super::kernels::{AzimuthSteps, JointConstants, SegmentConstants};
 use super::linear::{cross, zero};
 use super::{LaneSet, Lanewise, Real, StepWeights};
 
-/// The constants of a chain (MODEL's symbols in the descriptions).
+/// Constants of a chain (MODEL's symbols in the descriptions).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain<T> {
     /// Length of every segment, `h` in m.
     pub length: T,
-    /// The segments, from the clamp outwards, each with the joint at its inner end.
+    /// Segments, from the clamp outwards, each with the joint at its inner end.
     pub links: Vec<Link<T>>,
     /// Gravitational acceleration in m/s².
     pub gravity: [T; 3],
 }
 
-/// A state of a chain, or of one per lane: how its clamp moves, and coordinates and rates by
-/// segment.
+/// State of a chain, or of one per lane: motion of the clamp, and coordinates and rates by segment.
 #[derive(Clone, Copy, Debug)]
 pub struct ChainState<'a, T> {
-    /// The motion of the clamp.
+    /// Motion of the clamp.
     pub clamp: &'a Clamp<T>,
-    /// The coordinates.
+    /// Coordinates.
     pub q: &'a [[T; 2]],
     /// Their rates `q̇`.
     pub v: &'a [[T; 2]],
 }
 
-/// The constants of one segment and of the joint at its inner end.
+/// Constants of one segment and of the joint at its inner end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Link<T> {
     /// Segment mass `m_k` in kg.
@@ -39,12 +38,12 @@ pub struct Link<T> {
     pub stiffness: T,
     /// Damping of the joint, `d_k` in N m s.
     pub damping: T,
-    /// The angle about `z` at which the joint is relaxed, `κ_k`.
+    /// Angle about `z` at which the joint is relaxed, `κ_k`.
     pub relaxed_angle: RelaxedAngle<T>,
 }
 
 impl<T: Real> Link<T> {
-    /// The constants of the segment, which has this `length`.
+    /// Returns the constants of the segment, which has this `length`.
     #[inline(always)]
     pub(super) fn segment(&self, length: T) -> SegmentConstants<T> {
         SegmentConstants {
@@ -54,7 +53,7 @@ impl<T: Real> Link<T> {
         }
     }
 
-    /// The constants of the joint.
+    /// Returns the constants of the joint.
     #[inline(always)]
     pub(super) fn joint(&self) -> JointConstants<T> {
         JointConstants {
@@ -63,7 +62,7 @@ impl<T: Real> Link<T> {
         }
     }
 
-    /// The same link, but its joint has only the damper.
+    /// Returns the link with only the damper in its joint.
     #[inline(always)]
     pub(super) fn without_spring(&self) -> Self {
         Self {
@@ -73,19 +72,18 @@ impl<T: Real> Link<T> {
     }
 }
 
-/// The angle about `z` from the inner side of a joint to its outer side where its spring is
-/// relaxed.
+/// Angle about `z` from the inner to the outer side of a joint whose spring is relaxed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelaxedAngle<T> {
     pub(super) angle: T,
     pub(super) sine: T,
     pub(super) cosine: T,
-    /// True if the angle is zero, in every lane.
+    /// `true` if the angle is zero, in every lane.
     pub(super) is_zero: bool,
 }
 
 impl RelaxedAngle<f64> {
-    /// `angle` in rad.
+    /// Creates the relaxed `angle` in rad.
     pub fn new(angle: f64) -> Self {
         let (sine, cosine) = Real::sin_cos(angle);
         Self {
@@ -96,14 +94,14 @@ impl RelaxedAngle<f64> {
         }
     }
 
-    /// In rad.
+    /// Returns the angle in rad.
     pub fn angle(self) -> f64 {
         self.angle
     }
 }
 
 impl<T: Real> RelaxedAngle<T> {
-    /// That of a straight filament.
+    /// Creates the angle of a straight filament.
     const fn zero(none: T, one: T) -> Self {
         Self {
             angle: none,
@@ -113,7 +111,7 @@ impl<T: Real> RelaxedAngle<T> {
         }
     }
 
-    /// The sine and cosine of `x + κ` from those of `x`.
+    /// Returns sine and cosine of `x + κ` from those of `x`.
     #[inline(always)]
     pub(super) fn added_to(&self, [sine, cosine]: [T; 2]) -> [T; 2] {
         [
@@ -122,7 +120,7 @@ impl<T: Real> RelaxedAngle<T> {
         ]
     }
 
-    /// How the azimuth changes at the joint between segments with these `sin θ, cos θ`.
+    /// Returns the change of the azimuth at the joint between segments with these `sin θ, cos θ`.
     #[inline(always)]
     pub(super) fn azimuth_steps(
         &self,
@@ -139,7 +137,7 @@ impl<T: Real> RelaxedAngle<T> {
         }
     }
 
-    /// The sine and cosine of `x − κ` from those of `x`.
+    /// Returns sine and cosine of `x − κ` from those of `x`.
     #[inline(always)]
     pub(super) fn taken_from(&self, [sine, cosine]: [T; 2]) -> [T; 2] {
         [
@@ -148,7 +146,7 @@ impl<T: Real> RelaxedAngle<T> {
         ]
     }
 
-    /// The components along `x` and `y` of a vector turned about `z` by the angle.
+    /// Turns the components of a vector along `x` and `y` about `z` by the angle.
     #[inline(always)]
     pub(super) fn turn(&self, [x, y]: [T; 2]) -> [T; 2] {
         [
@@ -159,12 +157,12 @@ impl<T: Real> RelaxedAngle<T> {
 }
 
 impl<T> Chain<T> {
-    /// Number of segments, `n`.
+    /// Returns the number of segments, `n`.
     pub fn segments(&self) -> usize {
         self.links.len()
     }
 
-    /// `true` if all joints between segments are relaxed straight, in all lanes.
+    /// Returns `true` if all joints between segments are relaxed straight, in all lanes.
     pub fn is_relaxed_straight(&self) -> bool {
         let mut joints = self.links.iter().skip(1);
         joints.all(|link| link.relaxed_angle.is_zero)
@@ -172,8 +170,8 @@ impl<T> Chain<T> {
 }
 
 impl Chain<f64> {
-    /// `E I = c_k h` in N m², at the first joint outside the clamp joint, which carries half a
-    /// segment's compliance only.
+    /// Returns `E I = c_k h` in N m² at the second joint: the clamp joint carries half a segment's
+    /// compliance only.
     pub fn bending_stiffness(&self) -> f64 {
         let joint = self
             .links
@@ -183,7 +181,7 @@ impl Chain<f64> {
     }
 }
 
-/// The constants of a chain of equal segments, straight where its springs are relaxed.
+/// Constants of a chain of equal segments, straight where its springs are relaxed.
 ///
 /// ```
 /// use bristle::equations::{Chain, UniformChain};
@@ -256,11 +254,10 @@ impl From<UniformChain> for Chain<f64> {
 }
 
 impl Chain<f64> {
-    /// The coordinates of the relaxed chain in rad, by segment, where those of the clamp are `[φ,
-    /// θ]`.
+    /// Returns the coordinates of the relaxed chain in rad, by segment, for a clamp at `[φ, θ]`.
     ///
-    /// Each segment is turned about `z` from the one before it, by which its polar angle stays that
-    /// of the clamp.
+    /// Each segment is turned about `z` from its inner neighbour, so its polar angle is that of the
+    /// clamp.
     pub fn relaxed(&self, [polar, mut azimuth]: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
         self.links.iter().map(move |link| {
             azimuth += link.relaxed_angle.angle();
@@ -270,7 +267,7 @@ impl Chain<f64> {
 }
 
 impl<T: Lanewise> Chain<T> {
-    /// The constants of several chains with the same number of segments, one chain per lane.
+    /// Joins several chains with the same number of segments, one per lane.
     ///
     /// # Panics
     /// If their numbers of segments differ.
@@ -325,7 +322,7 @@ impl<T: Lanewise> Chain<T> {
     }
 }
 
-/// The prescribed motion of the clamp at one instant.
+/// Prescribed motion of the clamp at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clamp<T> {
     /// Position of the root, `r_0` in m.
@@ -336,16 +333,16 @@ pub struct Clamp<T> {
     pub acceleration: [T; 3],
     /// Unit vector of the clamp, `e_0`.
     pub direction: [T; 3],
-    /// Its rate, `ė_0` in 1/s.
+    /// Rate of `e_0`, `ė_0` in 1/s.
     pub direction_rate: [T; 3],
-    /// Angular velocity of the brush body, `Ω` in rad/s: dampers see the filament from the body.
-    /// The clamp is at rest in it, that is, `ė_0 = Ω × e_0`; [`Clamp::without_spin`] is for those
-    /// who know no more than that.
+    /// Angular velocity of the brush body, `Ω` in rad/s: dampers act on motion relative to the
+    /// body. The clamp is at rest in the body: `ė_0 = Ω × e_0`. [`Clamp::without_spin`] is for
+    /// callers who know no more.
     pub angular_velocity: [T; 3],
 }
 
 impl<T> Clamp<T> {
-    /// The state of a chain that it holds.
+    /// Returns the state of a chain that the clamp holds.
     #[inline(always)]
     pub fn holding<'a>(&'a self, q: &'a [[T; 2]], v: &'a [[T; 2]]) -> ChainState<'a, T> {
         ChainState { clamp: self, q, v }
@@ -353,7 +350,7 @@ impl<T> Clamp<T> {
 }
 
 impl<T: Real> Clamp<T> {
-    /// The clamp on a body with `Ω = e_0 × ė_0`, which does not turn about the filament.
+    /// Sets `Ω = e_0 × ė_0`, of a body that does not turn about the filament.
     ///
     /// ```
     /// use bristle::equations::Clamp;
@@ -378,7 +375,7 @@ impl<T: Real> Clamp<T> {
     }
 }
 
-/// The `vector` turned about `z` by `angle`.
+/// Returns the vector turned about `z` by `angle`.
 #[inline(always)]
 pub(super) fn turned<T: Real>([x, y, z]: [T; 3], angle: &RelaxedAngle<T>) -> [T; 3] {
     let [x, y] = angle.turn([x, y]);
@@ -386,7 +383,7 @@ pub(super) fn turned<T: Real>([x, y, z]: [T; 3], angle: &RelaxedAngle<T>) -> [T;
 }
 
 impl<T: Lanewise> Clamp<T> {
-    /// The motion of several clamps, one per lane.
+    /// Joins the motion of several clamps, one per lane.
     pub fn from_lanes(clamp: impl Fn(usize) -> Clamp<f64>) -> Self {
         let none = zero();
         let mut result = Self {
@@ -412,7 +409,7 @@ impl<T: Lanewise> Clamp<T> {
     }
 }
 
-/// How the load on a node changes with its position and velocity.
+/// Jacobian of the load on a node with respect to its position and velocity.
 #[derive(Clone, Copy, Debug)]
 pub struct NodeTangent<T> {
     /// `∂F/∂x` in N/m.
@@ -421,63 +418,63 @@ pub struct NodeTangent<T> {
     pub velocity: [[T; 3]; 3],
 }
 
-/// A force at a point of a segment.
+/// Force at a point of a segment.
 ///
-/// It acts on the ends of the segment, in proportion to their share of the point's virtual
-/// displacement: with `1 − ξ` of it on the inner end and `ξ` on the outer.
+/// It acts on the ends of the segment in proportion to their shares of the point's virtual
+/// displacement: `1 − ξ` on the inner end and `ξ` on the outer.
 #[derive(Clone, Copy, Debug)]
 pub struct PointLoad<T> {
-    /// The segment, by index.
+    /// Segment, by index.
     pub segment: usize,
-    /// The fraction `ξ` of the segment at which the point lies, from its inner end.
+    /// Fraction `ξ` of the segment at which the point lies, from its inner end.
     pub fraction: T,
-    /// In N; zero in lanes without a load on this segment.
+    /// Force in N; zero in lanes without a load on this segment.
     pub force: [T; 3],
 }
 
-/// How the forces of a [`PointLoad`] on both ends of its segment change with the motion of these
-/// ends: `[force][motion]`, inner end first.
+/// Jacobian of the forces of a [`PointLoad`] on both ends of its segment with respect to the motion
+/// of these ends: `[force][motion]`, inner end first.
 #[derive(Clone, Copy, Debug)]
 pub struct PointTangent<T> {
-    /// The segment, by index.
+    /// Segment, by index.
     pub segment: usize,
-    /// The derivatives.
+    /// Derivatives.
     pub ends: [[NodeTangent<T>; 2]; 2],
 }
 
-/// Where the motion is planar: how a load at a point of a segment resists a motion out of the
-/// plane.
+/// Resistance of a load at a point of a segment to a motion out of the plane, for planar motion.
 #[derive(Clone, Copy, Debug)]
 pub struct PointDamping<T> {
-    /// The segment, by index.
+    /// Segment, by index.
     pub segment: usize,
-    /// See [`PointLoad::fraction`].
+    /// Fraction `ξ`, see [`PointLoad::fraction`].
     pub fraction: T,
     /// `∂F_z/∂ż` in N s/m.
     pub damping: T,
 }
 
-/// The nodes of a chain as loads see them.
+/// Motion of the nodes of a chain, for loads.
 pub trait NodeMotion {
-    /// Position in m and velocity in m/s of `r_k` in one lane, for `k = index`; `r_0` is the root.
+    /// Returns position in m and velocity in m/s of `r_k` in one lane, for `k = index`; `r_0` is
+    /// the root.
     fn node(&self, index: usize, lane: usize) -> [[f64; 3]; 2];
 }
 
 /// External forces on a chain: on its nodes `r_1 … r_n` (index 0 is `r_1`), and at points of its
 /// segments.
 pub trait NodeLoads<T> {
-    /// True if there is no load.
+    /// Returns `true` if there is no load.
     fn is_empty(&self) -> bool {
         false
     }
 
-    /// The lanes in which each node carries a load, if that is known: the other nodes are then not
-    /// asked for their loads.
+    /// Returns the lanes in which each node carries a load, if known: loads of other nodes are then
+    /// not evaluated.
     fn lanes(&self) -> Option<&[LaneSet]> {
         None
     }
 
-    /// True if there may be loads at points of segments.
+    /// Returns `true` if there may be loads at points of segments.
     fn loads_points(&self) -> bool {
         false
     }
@@ -487,30 +484,30 @@ pub trait NodeLoads<T> {
         let _ = (nodes, add);
     }
 
-    /// Adds their derivatives.
+    /// Adds the derivatives of the loads at points of segments.
     fn point_tangents(&self, nodes: &dyn NodeMotion, add: &mut dyn FnMut(PointTangent<T>)) {
         let _ = (nodes, add);
     }
 
-    /// Where the motion is planar: adds how the loads at points of segments resist a motion out of
-    /// the plane.
+    /// Adds the resistance of the loads at points of segments to a motion out of the plane, for
+    /// planar motion.
     fn point_dampings(&self, nodes: &dyn NodeMotion, add: &mut dyn FnMut(PointDamping<T>)) {
         let _ = (nodes, add);
     }
 
-    /// Where the motion is planar: false if no load resists a motion out of the plane.
+    /// Returns `false` if no load resists a motion out of the plane, for planar motion.
     fn resists_lateral_motion(&self) -> bool {
         true
     }
 
-    /// The force on a node in N; `None` if there is none.
+    /// Returns the force on a node in N; `None` if there is none.
     fn force(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<[T; 3]>;
 
-    /// Its derivatives; `None` where [`NodeLoads::force`] is `None`.
+    /// Returns the derivatives of the force; `None` where [`NodeLoads::force`] is `None`.
     fn tangent(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<NodeTangent<T>>;
 
-    /// Where the motion is planar: `∂F_z/∂ż` in N s/m, how the load resists a motion of the node
-    /// out of the plane. `None` if it does not.
+    /// Returns `∂F_z/∂ż` in N s/m, the resistance of the load to a motion of the node out of the
+    /// plane, for planar motion. `None` if there is none.
     fn lateral_damping(&self, node: usize, position: [T; 3], velocity: [T; 3]) -> Option<T>
     where
         T: Copy,
@@ -520,7 +517,7 @@ pub trait NodeLoads<T> {
     }
 }
 
-/// A chain without loads.
+/// Loads of a chain without loads.
 #[derive(Clone, Copy, Debug)]
 pub struct NoLoads;
 
@@ -539,7 +536,7 @@ impl<T> NodeLoads<T> for NoLoads {
 }
 
 impl<T: Real> StepWeights<T> {
-    /// With which a tangent is the derivative with respect to the rates.
+    /// Returns the weights with which a tangent is the derivative with respect to the rates.
     pub(super) fn of_rates() -> Self {
         Self {
             coordinates: T::ZERO,
@@ -557,9 +554,9 @@ pub struct Energies<T> {
     pub spring: T,
     /// `E_grav` in J.
     pub gravity: T,
-    /// The dissipation function `D` in W; the dampers take `2 D`.
+    /// Dissipation function `D` in W; the dampers take `2 D`.
     pub dissipation: T,
     /// Power of the torque at the clamp in W: `∂E_spring/∂e_0·ė_0 + Ω·∂D/∂Ω`. The second part is
-    /// what the dampers take in the body, `2 D`, and what they do on the segments.
+    /// the power `2 D` that the dampers take in the body, plus their power on the segments.
     pub clamp_torque_power: T,
 }

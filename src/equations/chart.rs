@@ -1,9 +1,9 @@
-//! The chart of a chain: the axis from which the polar angles of all segments are measured.
+//! The chart of a chain: the axis of the polar angles of all segments.
 //!
 //! Spherical coordinates about one axis are singular along it. A chain therefore takes coordinates
-//! about `z` or about `x` ([`PolarAxis`]), and changes them between steps where the other ones are
-//! better for all of its segments. About `x` the same kernels hold with the axes permuted. Joints
-//! that are relaxed at an angle about `z` have coordinates about `z` only.
+//! about `z` or about `x` ([`PolarAxis`]). It changes its chart between steps where the other is
+//! better for all segments. About `x` the same kernels hold with the axes permuted. Joints that are
+//! relaxed at an angle about `z` have coordinates about `z` only.
 
 use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
@@ -14,17 +14,17 @@ use super::kernels::{self, AzimuthSteps, Joint, JointEnergy, JointTangent, Segme
 use super::linear::{dot, product, scale, sub, sub_matrices};
 use super::{Lanewise, Real, StepWeights};
 
-/// Below this `|sin φ|` a segment is at a pole of its coordinates, where its azimuth has no
+/// `|sin φ|` below which a segment is at a pole of its coordinates, where its azimuth has no
 /// meaning.
 ///
-/// The condition number of `M` grows as `1/sin² φ` towards a pole: there it is some 1e12 times what
-/// it is at the equator, and an acceleration has lost twelve of its sixteen digits.
+/// The condition number of `M` grows as `1/sin² φ` towards a pole. There it is some 1e12 times its
+/// value at the equator, and an acceleration has lost twelve of its sixteen digits.
 pub const POLE: f64 = 1e-6;
 
 /// `|sin φ|` of a segment below which its chain takes the other chart, if it is better.
 const NEAR_POLE: f64 = 0.3;
 
-/// The axis that the polar angles `φ` of a chain are measured from; it names the chart.
+/// Axis from which the polar angles `φ` of a chain are measured; it names the chart.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum PolarAxis {
@@ -36,7 +36,7 @@ pub enum PolarAxis {
 }
 
 impl PolarAxis {
-    /// The other axis.
+    /// Returns the other axis.
     pub fn other(self) -> Self {
         match self {
             Self::Z => Self::X,
@@ -62,10 +62,10 @@ impl PolarAxis {
         }
     }
 
-    /// `e`, `ė` and `ë` of a segment with the coordinates `[φ, θ]` about this axis, their rates and
-    /// accelerations.
+    /// Returns `e`, `ė` and `ë` of a segment with the coordinates `[φ, θ]` about this axis, their
+    /// rates and accelerations.
     ///
-    /// Regular at the poles too.
+    /// They are regular at the poles too.
     pub fn direction(self, [q, v, acceleration]: [[f64; 2]; 3]) -> [[f64; 3]; 3] {
         let (angles, [v_phi, v_theta], [a_phi, a_theta]) = (trigonometry(q), v, acceleration);
         let [sin, cos, ..] = angles;
@@ -84,10 +84,10 @@ impl PolarAxis {
         [basis.direction, direction_rate(angles, v), bend].map(|vector| self.to_frame(vector))
     }
 
-    /// The coordinates `[φ, θ]` about this axis, their rates and accelerations, of a segment with
-    /// `e`, `ė` and `ë`: the inverse of [`PolarAxis::direction`], with `0 ≤ φ ≤ π`.
+    /// Returns the coordinates `[φ, θ]` about this axis, their rates and accelerations, of a
+    /// segment with `e`, `ė` and `ë`: the inverse of [`PolarAxis::direction`], with `0 ≤ φ ≤ π`.
     ///
-    /// Not finite at a pole.
+    /// They are not finite at a pole.
     pub fn coordinates(self, direction: [[f64; 3]; 3]) -> [[f64; 2]; 3] {
         let [direction, rate, bend] = direction.map(|vector| self.from_frame(vector));
         let [first, second, polar] = direction;
@@ -113,14 +113,14 @@ impl fmt::Display for PolarAxis {
     }
 }
 
-/// A segment at a pole of its coordinates.
+/// Segment at a pole of its coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoleError {
     /// Number of the segment, counted from 1.
     pub segment: usize,
-    /// Its polar angle in rad.
+    /// Polar angle in rad.
     pub polar_angle: f64,
-    /// The axis from which the polar angle is measured.
+    /// Axis from which the polar angle is measured.
     pub axis: PolarAxis,
 }
 
@@ -141,14 +141,15 @@ impl fmt::Display for PoleError {
 
 impl Error for PoleError {}
 
-/// The first segment with `|sin φ| <` [`POLE`], by index. The chart does not matter: a segment's
-/// own `φ` decides.
+/// Returns the first segment with `|sin φ| <` [`POLE`], by index. The chart does not matter: a
+/// segment's own `φ` decides.
 pub fn find_pole(q: &[[f64; 2]]) -> Option<usize> {
     q.iter()
         .position(|[polar_angle, _]| sine_is_below(POLE, *polar_angle))
 }
 
-/// `true` if a segment with this `φ` is near a pole of its chart: `|sin φ| <` [`NEAR_POLE`].
+/// Returns `true` if a segment with this `φ` is near a pole of its chart: `|sin φ| <`
+/// [`NEAR_POLE`].
 fn near_pole(polar_angle: f64) -> bool {
     sine_is_below(NEAR_POLE, polar_angle)
 }
@@ -156,8 +157,8 @@ fn near_pole(polar_angle: f64) -> bool {
 /// Coordinates `[φ, θ]` of a segment, their rates and accelerations.
 pub type SegmentMotion = [[f64; 2]; 3];
 
-/// Converts `motions` of segments to the other chart than that about `axis`, if one of them is near
-/// a pole and the smallest `|sin φ|` of all is larger there.
+/// Converts `motions` of segments from the chart about `axis` to the other. Returns `None` unless a
+/// segment is near a pole and the smallest `|sin φ|` is larger in the other chart.
 pub fn better_chart(
     axis: PolarAxis,
     motions: impl Iterator<Item = SegmentMotion> + Clone,
@@ -176,8 +177,8 @@ pub fn better_chart(
     (there > here).then_some((other, converted))
 }
 
-/// `|sin φ| < limit`, for limits below `cos 1`. Within one radian of the equator the sine need not
-/// be computed.
+/// Returns `|sin φ| < limit`, for limits below `cos 1`. Within one radian of the equator the sine
+/// need not be computed.
 fn sine_is_below(limit: f64, polar_angle: f64) -> bool {
     (polar_angle - FRAC_PI_2).abs() > 1.0 && polar_angle.sin().abs() < limit
 }
@@ -186,7 +187,7 @@ fn trigonometry([phi, theta]: [f64; 2]) -> [f64; 4] {
     [phi.sin(), phi.cos(), theta.sin(), theta.cos()]
 }
 
-/// Unit vectors in the chart's order: `e`, and where it moves with `φ` and with `θ`.
+/// Unit vectors in the chart's order: `e`, and its directions of motion with `φ` and with `θ`.
 struct Basis {
     direction: [f64; 3],
     polar: [f64; 3],
@@ -204,12 +205,12 @@ impl Basis {
     }
 }
 
-/// `e` in the chart's order.
+/// Returns `e` in the chart's order.
 fn direction<T: Real>([sin_phi, cos_phi, sin_theta, cos_theta]: [T; 4]) -> [T; 3] {
     [sin_phi * cos_theta, sin_phi * sin_theta, cos_phi]
 }
 
-/// `ė` in the chart's order.
+/// Returns `ė` in the chart's order.
 fn direction_rate<T: Real>(
     [sin_phi, cos_phi, sin_theta, cos_theta]: [T; 4],
     [v_phi, v_theta]: [T; 2],
@@ -222,17 +223,17 @@ fn direction_rate<T: Real>(
     ]
 }
 
-/// One side of a joint: sines and cosines of the segment's angles, and their rates in the body.
+/// Side of a joint: sines and cosines of the segment's angles, and their rates in the body.
 #[derive(Clone, Copy, Debug)]
 pub struct JointSide<'a, T> {
     /// `sin φ, cos φ, sin θ, cos θ`
     pub angles: &'a [T; 4],
-    /// `φ̇, θ̇` in rad/s, less those of a segment that turns rigidly with the body.
+    /// `φ̇, θ̇` in rad/s, less the rates of a segment that turns rigidly with the body.
     pub rates: [T; 2],
 }
 
 impl<T: Real> JointSide<'_, T> {
-    /// For the kernels.
+    /// Returns the side for the kernels.
     #[inline(always)]
     pub fn whole(&self) -> kernels::Side<T, 4> {
         kernels::Side {
@@ -241,7 +242,7 @@ impl<T: Real> JointSide<'_, T> {
         }
     }
 
-    /// For the kernels in which only the difference of the azimuths enters.
+    /// Returns the side for the kernels in which only the difference of the azimuths enters.
     #[inline(always)]
     fn polar(&self) -> kernels::Side<T, 2> {
         kernels::Side {
@@ -250,19 +251,19 @@ impl<T: Real> JointSide<'_, T> {
         }
     }
 
-    /// `sin θ, cos θ`
+    /// Returns `sin θ, cos θ`.
     #[inline(always)]
     fn azimuth(&self) -> [T; 2] {
         [self.angles[2], self.angles[3]]
     }
 }
 
-/// Rotation of the brush body, from which dampers see the segments, in the order of a chart.
+/// Rotation of the brush body, relative to which dampers act, in the order of a chart.
 #[derive(Clone, Copy, Debug)]
 pub struct BodyRotation<T> {
     /// `Ω` in rad/s, the component along the polar axis last.
     angular_velocity: [T; 3],
-    /// `true` if it is along the polar axis in every lane. Segments that turn with the body then
+    /// `true` if `Ω` is along the polar axis in every lane. Segments that turn with the body then
     /// have the rates `(0, Ω)` everywhere.
     is_about_axis: bool,
 }
@@ -282,7 +283,7 @@ impl<T: Lanewise> BodyRotation<T> {
 }
 
 impl<T: Real> BodyRotation<T> {
-    /// Returns `rates` as seen from the body.
+    /// Returns the rates relative to the body.
     #[inline(always)]
     pub fn seen_from(&self, angles: &[T; 4], [phi, theta]: [T; 2]) -> [T; 2] {
         if self.is_about_axis {
@@ -321,7 +322,7 @@ impl<T: Real> BodyRotation<T> {
     }
 }
 
-/// [`kernels::segment`] in the frame, from the chart about `axis`.
+/// Converts [`kernels::segment`] from the chart about `axis` to the frame.
 #[inline(always)]
 pub fn segment_to_frame<T: Real>(axis: PolarAxis, segment: Segment<T, 2, 3>) -> Segment<T, 2, 3> {
     Segment {
@@ -335,7 +336,7 @@ pub fn segment_to_frame<T: Real>(axis: PolarAxis, segment: Segment<T, 2, 3>) -> 
     }
 }
 
-/// [`kernels::joint`] between two segments.
+/// Calls [`kernels::joint`] between two segments.
 #[inline(always)]
 pub fn joint<T: Real>(
     previous: JointSide<'_, T>,
@@ -350,7 +351,7 @@ pub fn joint<T: Real>(
     )
 }
 
-/// The torques of the damper alone.
+/// Returns the torques of the damper alone.
 pub fn damper_torques<T: Real>(
     previous: JointSide<'_, T>,
     next: JointSide<'_, T>,
@@ -359,7 +360,7 @@ pub fn damper_torques<T: Real>(
     joint(previous, next, &link.without_spring())
 }
 
-/// [`kernels::joint_tangent`] on a body that turns in any way.
+/// Extends [`kernels::joint_tangent`] to a body that turns in any way.
 #[inline(always)]
 pub fn joint_tangent<T: Real>(
     previous: JointSide<'_, T>,
@@ -375,7 +376,7 @@ pub fn joint_tangent<T: Real>(
     joint_tangent_on_body(tangent, previous, next, link, body, weights)
 }
 
-/// The `tangent` of a joint, completed by what the rates in the body lose as rigid rates follow the
+/// Subtracts from the `tangent` of a joint the effect of the rigid rates, which depend on the
 /// coordinates.
 #[cold]
 #[inline(never)]
@@ -405,7 +406,7 @@ fn joint_tangent_on_body<T: Real>(
     tangent
 }
 
-/// [`kernels::joint_tangent`] on a body at rest.
+/// Calls [`kernels::joint_tangent`] on a body at rest.
 #[inline(always)]
 fn joint_tangent_at_rest<T: Real>(
     previous: JointSide<'_, T>,
@@ -417,7 +418,7 @@ fn joint_tangent_at_rest<T: Real>(
     kernels::joint_tangent(previous.polar(), next.polar(), steps, link.joint(), weights)
 }
 
-/// [`kernels::joint_energy`] between two segments.
+/// Calls [`kernels::joint_energy`] between two segments.
 #[inline(always)]
 pub fn joint_energy<T: Real>(
     previous: JointSide<'_, T>,
@@ -440,8 +441,8 @@ fn azimuth_steps<T: Real>(
 }
 
 impl<T: Real> Clamp<T> {
-    /// `ē_0`, which is `e_0` turned by the relaxed angle of the clamp joint, in the order of a
-    /// chart.
+    /// Returns `ē_0`, which is `e_0` turned by the relaxed angle of the clamp joint, in the order
+    /// of a chart.
     #[inline(always)]
     pub(super) fn relaxed(&self, axis: PolarAxis, relaxed_angle: &RelaxedAngle<T>) -> [T; 3] {
         axis.from_frame(turned(self.direction, relaxed_angle))

@@ -4,7 +4,7 @@ use super::Lanes;
 use super::dynamics::SpatialLoops;
 use super::planar::PlanarLoops;
 
-/// A scalar for which the recursions of [`Dynamics`](super::Dynamics) are compiled, once, in this
+/// Scalar for which the recursions of [`Dynamics`](super::Dynamics) are compiled, once, in this
 /// crate.
 pub trait Compiled: SpatialLoops + PlanarLoops {}
 

@@ -1,19 +1,19 @@
-//! Loops compiled for several instruction sets. A call chooses the widest set of the machine.
+//! Loops compiled for several instruction sets. A call takes the widest set of the machine.
 //!
 //! A compiler vectorises a loop with the instructions allowed in the function that contains it. A
 //! default build allows only the oldest instructions. On x86-64 each [`Loop`] is therefore inlined,
 //! with everything that it calls, into one function with AVX-512 and one with AVX2. Every aarch64
 //! has NEON. The sets differ only in speed: each product and each sum is rounded in every set.
 
-/// A loop over the segments of chains.
+/// Loop over the segments of chains.
 ///
 /// Its `run`, and every function called from it, must be marked `#[inline(always)]`: a function
 /// that is not inlined is compiled for the oldest machine.
 pub(crate) trait Loop {
-    /// The result.
+    /// Result of the loop.
     type Output;
 
-    /// The number of values computed side by side.
+    /// Number of values computed side by side.
     const LANES: usize;
 
     /// Runs the loop.
@@ -68,7 +68,7 @@ mod x86_64 {
         }
     }
 
-    /// True if the loops are compiled for lanes that this machine has.
+    /// Returns `true` if the loops are compiled for lanes that this machine has.
     ///
     /// On x86-64 this requires AVX2 (2013). For registers of two numbers the loops would dominate
     /// the build and gain little.
@@ -84,8 +84,7 @@ pub(crate) fn dispatch<L: Loop>(operation: L) -> L::Output {
     operation.run()
 }
 
-/// True if the loops are compiled for lanes that this machine has. On this architecture it always
-/// is.
+/// Returns `true`: on this architecture the loops are always compiled for the machine's lanes.
 #[cfg(not(target_arch = "x86_64"))]
 pub fn lanes_are_compiled() -> bool {
     true

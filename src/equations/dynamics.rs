@@ -23,8 +23,8 @@ use super::{
 /// recursions.
 ///
 /// Arrays are indexed by segment; `0` is the one at the clamp. `q` holds `[φ, θ]` in rad, about the
-/// polar axis [`Dynamics::chart`] in all lanes. Nodes, loads and clamp are in the frame in the
-/// public interface.
+/// polar axis [`Dynamics::chart`] in all lanes. Nodes, loads and clamp are in the frame `(x, y, z)`
+/// in the public interface.
 #[derive(Clone, Debug)]
 pub struct Dynamics<T> {
     chain: Chain<T>,
@@ -34,7 +34,7 @@ pub struct Dynamics<T> {
 }
 
 impl<T: Real> Dynamics<T> {
-    /// Memory for `chain`, with all coordinates about `z`.
+    /// Creates the dynamics of `chain`, with all coordinates about `z`.
     ///
     /// # Panics
     /// If the chain has no segment.
@@ -50,17 +50,17 @@ impl<T: Real> Dynamics<T> {
         }
     }
 
-    /// The constants.
+    /// Returns the constants.
     pub fn chain(&self) -> &Chain<T> {
         &self.chain
     }
 
-    /// The constants, to be replaced by others with the same number of segments.
+    /// Returns the constants, to be replaced by others with the same number of segments.
     pub fn chain_mut(&mut self) -> &mut Chain<T> {
         &mut self.chain
     }
 
-    /// The polar axis of the coordinates.
+    /// Returns the polar axis of the coordinates.
     pub fn chart(&self) -> PolarAxis {
         self.chart
     }
@@ -80,35 +80,37 @@ impl<T: Real> Dynamics<T> {
         }
     }
 
-    /// Positions of the nodes `r_1 … r_n` in m, at the state of the last [`ChainDynamics::place`],
-    /// [`ChainDynamics::track`] or [`ChainDynamics::residual`].
+    /// Returns the positions of the nodes `r_1 … r_n` in m, at the state of the last
+    /// [`ChainDynamics::place`], [`ChainDynamics::track`] or [`ChainDynamics::residual`].
     pub fn positions(&self) -> &[[T; 3]] {
         &self.memory.positions
     }
 
-    /// Position in m and velocity in m/s of the node `r_{k+1}`, for `k = node`, at the same state.
+    /// Returns position in m and velocity in m/s of the node `r_{k+1}`, for `k = node`, at the same
+    /// state.
     pub fn node(&self, node: usize) -> [[T; 3]; 2] {
         [self.memory.positions[node], self.memory.velocities[node]]
     }
 
-    /// Velocities of the nodes in m/s, at the same state.
+    /// Returns the velocities of the nodes in m/s, at the same state.
     pub fn velocities(&self) -> &[[T; 3]] {
         &self.memory.velocities
     }
 
-    /// Force that the clamp exerts on the root in N, from the last [`ChainDynamics::residual`].
+    /// Returns the force that the clamp exerts on the root in N, from the last
+    /// [`ChainDynamics::residual`].
     pub fn root_force(&self) -> [T; 3] {
         self.memory.root_force
     }
 
-    /// Acceleration of the node `r_{k+1}` in m/s², for `k = node`, at the `q̈` of the last
-    /// [`ChainDynamics::track`] or [`ChainDynamics::residual`].
+    /// Returns the acceleration of the node `r_{k+1}` in m/s², for `k = node`, at the `q̈` of the
+    /// last [`ChainDynamics::track`] or [`ChainDynamics::residual`].
     pub fn node_acceleration(&self, node: usize) -> [T; 3] {
         add(self.memory.base_accelerations[node + 1], self.chain.gravity)
     }
 }
 
-/// A chain in space at one state.
+/// Chain in space at one state.
 struct Spatial<'a, T> {
     length: T,
     gravity: [T; 3],
@@ -141,7 +143,7 @@ impl<'a, T: Lanewise> Spatial<'a, T> {
         }
     }
 
-    /// One side of a joint, by segment.
+    /// Returns the side of a joint on segment `k`.
     #[inline(always)]
     fn side(&self, k: usize) -> JointSide<'a, T> {
         let angles = &self.angles[k];
@@ -151,7 +153,7 @@ impl<'a, T: Lanewise> Spatial<'a, T> {
         }
     }
 
-    /// `ē_0` in the chart.
+    /// Returns `ē_0` in the chart.
     #[inline(always)]
     fn relaxed_clamp(&self) -> [T; 3] {
         self.clamp.relaxed(self.axis, &self.links[0].relaxed_angle)
@@ -176,8 +178,8 @@ impl<'a, T: Lanewise> Spatial<'a, T> {
         )
     }
 
-    /// See [`Energies::clamp_torque_power`]. As `D` depends on the rates in the body only,
-    /// `Ω·∂D/∂Ω` is the power of the dampers on segments that turn rigidly with it.
+    /// Returns [`Energies::clamp_torque_power`]. As `D` depends on the rates in the body only,
+    /// `Ω·∂D/∂Ω` is the power of the dampers on segments that turn rigidly with the body.
     fn clamp_torque_power(&self) -> T {
         let rigid = |k: usize, torque: [T; 2]| {
             let rates = self.body.rigid_rates(&self.angles[k]);
@@ -417,13 +419,14 @@ impl<T: SpatialLoops> ChainDynamics<T> for Dynamics<T> {
 }
 
 impl<T: Lanewise> Dynamics<T> {
-    /// Energies, dissipation and clamp power at the state of the last call that took `(q, q̇)`.
+    /// Returns energies, dissipation and clamp power at the state of the last call that took `(q,
+    /// q̇)`.
     pub fn energies(&self, at: ChainState<'_, T>) -> Energies<T> {
         let posture = Spatial::new(&self.chain, self.chart, &self.angles, at);
         recursion::energies(&self.memory, &posture, posture.clamp_torque_power())
     }
 
-    /// Position in m and velocity in m/s of a node in one lane; see [`Dynamics::node`].
+    /// Returns position in m and velocity in m/s of a node in one lane; see [`Dynamics::node`].
     #[inline]
     pub fn node_in_lane(&self, node: usize, lane: usize) -> [[f64; 3]; 2] {
         [
@@ -432,7 +435,7 @@ impl<T: Lanewise> Dynamics<T> {
         ]
     }
 
-    /// Position, velocity and acceleration of a node in one lane, when
+    /// Returns position, velocity and acceleration of a node in one lane, when
     /// [`Dynamics::node_acceleration`] is valid.
     #[inline]
     pub fn node_motion(&self, node: usize, lane: usize) -> [[f64; 3]; 3] {
@@ -484,8 +487,8 @@ impl SpatialLoops for Lanes {
     }
 }
 
-/// The largest loops have functions of their own: a single one for all would take the compiler
-/// several times as long.
+/// Runs a task. The largest loops have functions of their own: a single one for all would take the
+/// compiler several times as long.
 fn run<T: Lanewise>(dynamics: &mut Dynamics<T>, task: Task<'_, T>) {
     match task {
         Task::Factorise(step) if step.trial.loads.loads_points() => {
@@ -496,7 +499,7 @@ fn run<T: Lanewise>(dynamics: &mut Dynamics<T>, task: Task<'_, T>) {
     }
 }
 
-/// A factorisation, of a chain with or without loads at points of its segments.
+/// Factorisation of a chain with or without loads at points of its segments.
 struct Factorisation<'a, T, const POINTS: bool> {
     dynamics: &'a mut Dynamics<T>,
     step: Factorise<'a, T>,
@@ -520,7 +523,7 @@ impl<T: Lanewise, const POINTS: bool> Loop for Factorisation<'_, T, POINTS> {
     }
 }
 
-/// A task with its chain.
+/// Task with its chain.
 struct Recursion<'a, T> {
     dynamics: &'a mut Dynamics<T>,
     task: Task<'a, T>,
@@ -531,8 +534,8 @@ impl<T: Lanewise> Loop for Recursion<'_, T> {
 
     const LANES: usize = T::LANES;
 
-    /// The functions of [`recursion`] take references as arguments, which tells the compiler that
-    /// they do not overlap. It cannot know this of fields.
+    /// Passes references to the functions of [`recursion`], as they tell the compiler that
+    /// arguments do not overlap. It cannot know this of fields.
     #[inline(always)]
     fn run(self) {
         let Dynamics {

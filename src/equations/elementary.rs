@@ -3,18 +3,18 @@
 //!
 //! This is our own code for two reasons. A chain has the same digits alone and in a lane, on every
 //! processor. And the compiler can vectorise a loop over these functions, which it cannot do with
-//! those of a library.
+//! functions of a library.
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
 use super::series::{SERIES, SERIES_LIMIT, TERMS};
 
-/// Below this `|x|` (2²⁰ rad) sine and cosine come from this module, beyond it from the standard
-/// library.
+/// Largest `|x|` (2²⁰ rad) whose sine and cosine come from this module; beyond, they come from the
+/// standard library.
 pub const TRIGONOMETRIC_LIMIT: f64 = 1_048_576.0;
 
-/// Sine and cosine of `x` in rad: within 1 ulp below [`TRIGONOMETRIC_LIMIT`], from the standard
-/// library beyond.
+/// Computes sine and cosine of `x` in rad: within 1 ulp below [`TRIGONOMETRIC_LIMIT`], from the
+/// standard library beyond.
 #[inline(always)]
 pub fn sin_cos(x: f64) -> (f64, f64) {
     // Not `<`, so that NaN also takes the other branch.
@@ -31,7 +31,7 @@ fn far_sin_cos(x: f64) -> (f64, f64) {
     x.sin_cos()
 }
 
-/// The power series of the derivative of order `ORDER` of `S`, for `|u| ≤` [`SERIES_LIMIT`].
+/// Sums the power series of the derivative of order `ORDER` of `S`, for `|u| ≤` [`SERIES_LIMIT`].
 ///
 /// Terms are summed in pairs, and pairs of pairs (Estrin). This takes a third of the time of
 /// Horner's form, whose operations depend on each other.
@@ -47,7 +47,7 @@ pub fn half_angle_series<const ORDER: u8>(u: f64) -> f64 {
 
 const _: () = assert!(TERMS == 14, "the series is written out for its terms");
 
-/// The derivative of order `ORDER` of `S(u) = ½ arccos²(1 − u)`, as precise as in
+/// Computes the derivative of order `ORDER` of `S(u) = ½ arccos²(1 − u)`, as precise as in
 /// `bristle_codegen::ir::special`.
 #[inline(always)]
 pub fn half_angle_squared<const ORDER: u8>(u: f64) -> f64 {
@@ -71,10 +71,10 @@ const HALF_PI: [f64; 4] = [
     8.47842766036889956997e-32,
 ];
 
-/// Adding this to a small number rounds the number to an integer in the last bits.
+/// Summand that rounds a small number to an integer in the last bits.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
-/// Sine and cosine for `|x| ≤` [`TRIGONOMETRIC_LIMIT`], without branches.
+/// Computes sine and cosine for `|x| ≤` [`TRIGONOMETRIC_LIMIT`], without branches.
 ///
 /// The multiple of π/2 is subtracted with an error of about 2⁻⁸⁰ (Cody and Waite). The polynomials
 /// of the rest, at most π/4, are those of FDLIBM's `__kernel_sin` and `__kernel_cos`.
@@ -120,7 +120,7 @@ pub fn near_sin_cos(angle: f64) -> (f64, f64) {
     )
 }
 
-/// `a + b` and its rounding error.
+/// Returns `a + b` and its rounding error.
 #[inline(always)]
 fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
@@ -128,7 +128,7 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
     (sum, (a - (sum - from_b)) + (b - from_b))
 }
 
-/// The closed form of `S` and its derivatives, without branches.
+/// Computes `S` and its derivatives in closed form, without branches.
 ///
 /// The angle is `2 arcsin √(u/2)`, with FDLIBM's rational approximation of the arc sine.
 #[allow(
@@ -181,7 +181,7 @@ mod tests {
 
     use super::*;
 
-    /// A value and its remainder, some 106 bits.
+    /// Value and its remainder, some 106 bits.
     #[derive(Clone, Copy)]
     struct Double(f64, f64);
 
@@ -207,8 +207,8 @@ mod tests {
         }
     }
 
-    /// Sine and cosine by power series in doubled precision, of `x` minus a multiple of π/2 with
-    /// 159 bits.
+    /// Computes sine and cosine by power series in doubled precision, of `x` minus a multiple of
+    /// π/2 with 159 bits.
     fn reference(x: f64) -> [Double; 2] {
         const PARTS: [f64; 3] = [FRAC_PI_2, 6.123233995736766e-17, -1.4973849048591833e-33];
         let multiple = (x * FRAC_2_PI).round();
@@ -237,7 +237,7 @@ mod tests {
         }
     }
 
-    /// Of the value nearest to `x`, in the last place of `x`.
+    /// Returns the error of `value` in units in the last place of `expected`.
     fn error_in_ulp(value: f64, expected: Double) -> f64 {
         let magnitude = expected.0.abs();
         ((value - expected.0) - expected.1).abs() / (magnitude.next_up() - magnitude)

@@ -6,7 +6,8 @@
 //! inlined, into the functions of [`super::dispatch`].
 //!
 //! A lane's value depends neither on its neighbours nor on the instructions: each product and each
-//! sum is rounded (no fused operations), and where branches differ, every lane takes its own.
+//! sum is rounded (no fused operations), and where branches differ, every lane takes its own
+//! branch.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -16,7 +17,7 @@ use super::elementary::{self, TRIGONOMETRIC_LIMIT};
 use super::real::larger;
 use super::{LaneSet, Lanewise, Real};
 
-/// Chains that are computed together.
+/// Number of chains that are computed together.
 ///
 /// Eight numbers fill one AVX-512 register, two AVX2 registers, or four NEON registers.
 pub const LANES: usize = 8;
@@ -27,8 +28,8 @@ pub const LANES: usize = 8;
 #[repr(align(64))]
 pub struct Lanes(pub [f64; LANES]);
 
-/// Does `$body` for each `$lane`. The condition is at the end of the loop, where LLVM would have to
-/// move it, which takes its time in functions of thousands of operations.
+/// Does `$body` for each `$lane`. The condition stands at the end of the loop: LLVM would have to
+/// move it there, which is slow in functions of thousands of operations.
 macro_rules! for_each {
     ($lane:ident, $body:expr) => {
         let mut $lane = 0;
@@ -42,10 +43,10 @@ macro_rules! for_each {
     };
 }
 
-/// [`Lanes`] with `$value` in each `$lane`.
+/// Makes [`Lanes`] with `$value` in each `$lane`.
 macro_rules! each {
     ($lane:ident, $value:expr) => {{
-        // A constant, as `[0.0; LANES]` is a loop of its own.
+        // A constant, as `[0.0; LANES]` would be another loop.
         let mut result = Lanes::ZERO;
         for_each!($lane, result.0[$lane] = $value);
         result
@@ -53,7 +54,7 @@ macro_rules! each {
 }
 
 impl Lanes {
-    /// True if all lanes are within `±limit`.
+    /// Returns `true` if all lanes are within `±limit`.
     #[inline(always)]
     fn all_within(self, limit: f64) -> bool {
         let mut within = true;
@@ -107,8 +108,8 @@ impl Neg for Lanes {
     }
 }
 
-/// Sine and cosine where at least one lane is beyond [`TRIGONOMETRIC_LIMIT`]. On its own, because
-/// results that are written lane by lane stay in memory: inlined, this would slow down the others
+/// Computes sine and cosine where a lane is beyond [`TRIGONOMETRIC_LIMIT`]. It is not inlined,
+/// because results that are written lane by lane stay in memory and would slow down other cases
 /// too.
 #[cold]
 #[inline(never)]
@@ -255,10 +256,10 @@ mod tests {
 
     use super::*;
 
-    /// The same operation on single numbers.
+    /// Operation of a lane on single numbers.
     type Scalar = fn(f64, f64) -> f64;
 
-    /// Numbers of any sign and size, arguments of sines, and some that are not numbers.
+    /// Draws numbers of any sign and size, arguments of sines, and some that are not numbers.
     fn arguments(rng: &mut Rng) -> [f64; 8] {
         std::array::from_fn(|_| match rng.u32(..8) {
             0 => f64::from_bits(rng.u64(..)),

@@ -5,10 +5,10 @@
 
 use super::{LaneSet, Lanewise, Real};
 
-/// `body` for `index` = 0, 1, 2 below `end`, written out.
+/// Writes out `body` for `index` = 0, 1, 2 below `end`.
 ///
-/// A loop would be unrolled too late, if at all. With a scalar of many lanes its body is long, and
-/// the compiler then vectorises over rows, with gathers, instead of over lanes.
+/// A loop would be unrolled too late, if at all. With a scalar of many lanes the body is long. The
+/// compiler would then vectorise over rows, with gathers, instead of over lanes.
 macro_rules! unrolled {
     ($index:ident < $end:expr, $body:block) => {
         if 0 < $end {
@@ -27,7 +27,7 @@ macro_rules! unrolled {
 }
 pub(crate) use unrolled;
 
-/// `a + b`
+/// Returns `a + b`.
 #[inline(always)]
 pub fn add<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> [T; N] {
     let mut result = a;
@@ -37,7 +37,7 @@ pub fn add<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> [T; N] {
     result
 }
 
-/// `a − b`
+/// Returns `a − b`.
 #[inline(always)]
 pub fn sub<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> [T; N] {
     let mut result = a;
@@ -47,7 +47,7 @@ pub fn sub<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> [T; N] {
     result
 }
 
-/// `factor × a`
+/// Returns `factor × a`.
 #[inline(always)]
 pub fn scale<T: Real, const N: usize>(factor: T, a: [T; N]) -> [T; N] {
     let mut result = a;
@@ -57,7 +57,7 @@ pub fn scale<T: Real, const N: usize>(factor: T, a: [T; N]) -> [T; N] {
     result
 }
 
-/// `a · b`
+/// Returns `a · b`.
 #[inline(always)]
 pub fn dot<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> T {
     let mut sum = a[0] * b[0];
@@ -69,7 +69,7 @@ pub fn dot<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> T {
     sum
 }
 
-/// `a × b`
+/// Returns `a × b`.
 #[inline(always)]
 pub fn cross<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     [
@@ -79,7 +79,7 @@ pub fn cross<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     ]
 }
 
-/// `M x`
+/// Returns `M x`.
 #[inline(always)]
 pub fn mul<T: Real, const R: usize, const C: usize>(matrix: &[[T; C]; R], x: [T; C]) -> [T; R] {
     let mut result = zero();
@@ -89,7 +89,7 @@ pub fn mul<T: Real, const R: usize, const C: usize>(matrix: &[[T; C]; R], x: [T;
     result
 }
 
-/// `Mᵀ x`
+/// Returns `Mᵀ x`.
 #[inline(always)]
 pub fn mul_transposed<T: Real, const R: usize, const C: usize>(
     matrix: &[[T; C]; R],
@@ -108,7 +108,7 @@ pub fn mul_transposed<T: Real, const R: usize, const C: usize>(
     result
 }
 
-/// `A B`
+/// Returns `A B`.
 #[inline(always)]
 pub fn product<T: Real, const R: usize, const K: usize, const C: usize>(
     a: &[[T; K]; R],
@@ -121,7 +121,7 @@ pub fn product<T: Real, const R: usize, const K: usize, const C: usize>(
     result
 }
 
-/// `Aᵀ B`
+/// Returns `Aᵀ B`.
 #[inline(always)]
 pub fn transposed_product<T: Real, const R: usize, const K: usize, const C: usize>(
     a: &[[T; R]; K],
@@ -142,7 +142,7 @@ pub fn transposed_product<T: Real, const R: usize, const K: usize, const C: usiz
     result
 }
 
-/// `A + B`
+/// Returns `A + B`.
 #[inline(always)]
 pub fn add_matrices<T: Real, const R: usize, const C: usize>(
     a: &[[T; C]; R],
@@ -155,7 +155,7 @@ pub fn add_matrices<T: Real, const R: usize, const C: usize>(
     result
 }
 
-/// `A − B`
+/// Returns `A − B`.
 #[inline(always)]
 pub fn sub_matrices<T: Real, const R: usize, const C: usize>(
     a: &[[T; C]; R],
@@ -168,7 +168,7 @@ pub fn sub_matrices<T: Real, const R: usize, const C: usize>(
     result
 }
 
-/// `−A`
+/// Returns `−A`.
 #[inline(always)]
 pub fn negative<T: Real, const R: usize, const C: usize>(a: &[[T; C]; R]) -> [[T; C]; R] {
     let mut result = *a;
@@ -180,7 +180,7 @@ pub fn negative<T: Real, const R: usize, const C: usize>(a: &[[T; C]; R]) -> [[T
     result
 }
 
-/// `a` in `lanes`, `b` elsewhere.
+/// Returns `a` in `lanes`, `b` elsewhere.
 #[inline(always)]
 pub fn select<T: Lanewise, const R: usize, const C: usize>(
     lanes: LaneSet,
@@ -196,9 +196,9 @@ pub fn select<T: Lanewise, const R: usize, const C: usize>(
     result
 }
 
-/// The vector in one lane.
+/// Returns the vector in one lane.
 ///
-/// By reference: of a vector by value the compiler would first copy all lanes.
+/// It takes a reference: the compiler would first copy all lanes of a value.
 #[inline(always)]
 pub fn in_lane<T: Lanewise, const N: usize>(vector: &[T; N], lane: usize) -> [f64; N] {
     let mut result = [0.0; N];
@@ -208,7 +208,7 @@ pub fn in_lane<T: Lanewise, const N: usize>(vector: &[T; N], lane: usize) -> [f6
     result
 }
 
-/// `M⁻¹` of a matrix of one or two rows; not finite if `M` is singular.
+/// Returns `M⁻¹` of a matrix of one or two rows; not finite if `M` is singular.
 #[inline(always)]
 pub fn invert<T: Real, const N: usize>(matrix: &[[T; N]; N]) -> [[T; N]; N] {
     let one = T::from_f64(1.0);
@@ -224,13 +224,13 @@ pub fn invert<T: Real, const N: usize>(matrix: &[[T; N]; N]) -> [[T; N]; N] {
     inverse
 }
 
-/// The zero vector.
+/// Returns the zero vector.
 #[inline(always)]
 pub fn zero<T: Real, const N: usize>() -> [T; N] {
     const { [T::ZERO; N] }
 }
 
-/// The zero matrix.
+/// Returns the zero matrix.
 #[inline(always)]
 pub fn zero_matrix<T: Real, const R: usize, const C: usize>() -> [[T; C]; R] {
     const { [[T::ZERO; C]; R] }

@@ -3,8 +3,8 @@
 //! [`kernels`] comes from the build step: the derivatives of the energies of one segment and one
 //! joint. [`Dynamics`] joins them to whole chains: accelerations, the residual of the equations,
 //! and the linear solve of an implicit step, each in time proportional to the number of segments.
-//! [`PlanarDynamics`] does the same in the plane of rotation. [`PolarAxis`] names the two sets of
-//! coordinates that a chain can have, so that no segment stays near its poles.
+//! [`PlanarDynamics`] is their counterpart in the plane of rotation. [`PolarAxis`] names the two
+//! charts of a chain, between which it changes so that no segment stays near its poles.
 
 mod chain;
 mod chart;
@@ -37,11 +37,11 @@ pub use real::{LaneSet, Lanewise, Real};
 pub use tasks::ChainDynamics;
 pub(crate) use tasks::Task;
 
-/// SHA-256 of the expressions of [`kernels`], in hexadecimal digits; the header of their source has
-/// it too.
+/// SHA-256 of the expressions of [`kernels`], in hexadecimal digits, as in the header of their
+/// source.
 pub const FINGERPRINT: &str = env!("BRISTLE_FINGERPRINT");
 
-/// The generator of [`kernels`] and its source.
+/// Generator of [`kernels`] and its source.
 pub const MAKER: &str = env!("BRISTLE_MAKER");
 
 /// Version of this build, with the derivation of its [`kernels`]: `1.2.3 (built-in derivation)` or

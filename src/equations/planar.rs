@@ -2,7 +2,7 @@
 //!
 //! A planar chain has one coordinate a segment, its azimuth `θ`, and nodes in the plane `z = 0`.
 //! Its polar angles are `π/2` exactly. In the plane the angle of a joint is the difference of two
-//! azimuths, so that a spring takes no more than a product.
+//! azimuths, so that a spring costs one product.
 //!
 //! Beside the motion itself the equations carry its lateral variation: `η = ∂φ/∂τ`, where `τ` is a
 //! small tilt of the clamp out of the plane. It obeys linear equations along the planar motion
@@ -30,11 +30,10 @@ use super::{
 /// recursions.
 ///
 /// Arrays are indexed by segment; `0` is the one at the clamp. `q` holds `[η, θ]`, `η` per rad of
-/// tilt and `θ` in rad. Neighbouring azimuths differ by less than `π`. The methods of
-/// [`ChainDynamics`] are about the motion alone and leave the entries of the variation as they are,
-/// except that [`ChainDynamics::factorise`] factorises the matrices of both: the motion does not
-/// depend on its variation. Nodes, loads and clamp are in the frame; their components along `z` are
-/// zero.
+/// tilt and `θ` in rad. Neighbouring azimuths differ by less than `π`. The motion does not depend
+/// on its variation. The methods of [`ChainDynamics`] act on the motion alone and leave the entries
+/// of the variation unchanged. Only [`ChainDynamics::factorise`] factorises the matrices of both.
+/// Nodes, loads and clamp are in the frame `(x, y, z)`; their components along `z` are zero.
 #[derive(Clone, Debug)]
 pub struct PlanarDynamics<T> {
     chain: Chain<T>,
@@ -45,7 +44,7 @@ pub struct PlanarDynamics<T> {
 }
 
 impl<T: Real> PlanarDynamics<T> {
-    /// Memory for `chain`.
+    /// Creates the dynamics of `chain`.
     ///
     /// # Panics
     /// If the chain has no segment.
@@ -60,18 +59,19 @@ impl<T: Real> PlanarDynamics<T> {
         }
     }
 
-    /// The constants.
+    /// Returns the constants.
     pub fn chain(&self) -> &Chain<T> {
         &self.chain
     }
 
-    /// The constants, to be replaced by others with the same number of segments.
+    /// Returns the constants, to be replaced by others with the same number of segments.
     pub(crate) fn chain_mut(&mut self) -> &mut Chain<T> {
         &mut self.chain
     }
 
-    /// Position in m and velocity in m/s of the node `r_{k+1}`, for `k = node`, at the state of the
-    /// last [`ChainDynamics::place`], [`ChainDynamics::track`] or [`ChainDynamics::residual`].
+    /// Returns position in m and velocity in m/s of the node `r_{k+1}`, for `k = node`, at the
+    /// state of the last [`ChainDynamics::place`], [`ChainDynamics::track`] or
+    /// [`ChainDynamics::residual`].
     pub fn node(&self, node: usize) -> [[T; 3]; 2] {
         [
             to_frame(self.memory.positions[node]),
@@ -79,7 +79,8 @@ impl<T: Real> PlanarDynamics<T> {
         ]
     }
 
-    /// Force that the clamp exerts on the root in N, from the last [`ChainDynamics::residual`].
+    /// Returns the force that the clamp exerts on the root in N, from the last
+    /// [`ChainDynamics::residual`].
     pub fn root_force(&self) -> [T; 3] {
         to_frame(self.memory.root_force)
     }
@@ -92,8 +93,8 @@ impl<T: PlanarLoops> ChainDynamics<T> for PlanarDynamics<T> {
 }
 
 impl<T: PlanarLoops> PlanarDynamics<T> {
-    /// The `η̈` that belong to the `θ̈` in `accelerations`, at the point of the last
-    /// [`ChainDynamics::residual`], which must have been called with the same arguments.
+    /// Computes the `η̈` that belong to the `θ̈` in `accelerations`, at the point of the last
+    /// [`ChainDynamics::residual`]. That call must have had the same arguments.
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
@@ -106,13 +107,13 @@ impl<T: PlanarLoops> PlanarDynamics<T> {
         T::run_planar(self, PlanarTask::Lateral(at, loads, accelerations));
     }
 
-    /// Solves the factorised equations of the variation, and puts its correction into `correction`,
-    /// which holds that of `θ̈`.
+    /// Solves the factorised equations of the variation. Puts its correction into `correction`,
+    /// which holds the correction of `θ̈`.
     ///
     /// The right side is the residual of the variation at the point of the last
-    /// [`ChainDynamics::residual`], but with the loads that the nodes carry after the correction of
-    /// `θ̈`: in a stiff contact they change by far more than anything else. The nodes are moved
-    /// there, as by [`ChainDynamics::shift`].
+    /// [`ChainDynamics::residual`], but with the loads after the correction of `θ̈`: in a stiff
+    /// contact loads change by far more than anything else. The nodes are moved there, as by
+    /// [`ChainDynamics::shift`].
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
@@ -140,14 +141,15 @@ impl<T: PlanarLoops> PlanarDynamics<T> {
 }
 
 impl<T: Lanewise> PlanarDynamics<T> {
-    /// Energies, dissipation and clamp power at the state `(q, q̇)`, where the nodes were last
-    /// placed.
+    /// Returns energies, dissipation and clamp power at the state `(q, q̇)`, where the nodes were
+    /// last placed.
     pub fn energies(&self, at: ChainState<'_, T>) -> Energies<T> {
         let posture = Planar::new(&self.chain, &self.angles, at);
         recursion::energies(&self.memory, &posture, posture.clamp_torque_power())
     }
 
-    /// Position in m and velocity in m/s of a node in one lane; see [`PlanarDynamics::node`].
+    /// Returns position in m and velocity in m/s of a node in one lane; see
+    /// [`PlanarDynamics::node`].
     #[inline]
     pub fn node_in_lane(&self, node: usize, lane: usize) -> [[f64; 3]; 2] {
         [
@@ -157,8 +159,8 @@ impl<T: Lanewise> PlanarDynamics<T> {
         .map(|[x, y]| [x, y, 0.0])
     }
 
-    /// Position, velocity and acceleration of a node in one lane, after [`ChainDynamics::track`] or
-    /// [`ChainDynamics::residual`].
+    /// Returns position, velocity and acceleration of a node in one lane, after
+    /// [`ChainDynamics::track`] or [`ChainDynamics::residual`].
     #[inline]
     pub fn node_motion(&self, node: usize, lane: usize) -> [[f64; 3]; 3] {
         let base = in_lane(&self.memory.base_accelerations[node + 1], lane);
@@ -172,7 +174,7 @@ impl<T: Lanewise> PlanarDynamics<T> {
     }
 }
 
-/// The components in the plane of rotation.
+/// Returns the components in the plane of rotation.
 #[inline(always)]
 fn in_plane<T: Real>([x, y, _]: [T; 3]) -> [T; 2] {
     [x, y]
@@ -183,7 +185,7 @@ fn to_frame<T: Real>([x, y]: [T; 2]) -> [T; 3] {
     [x, y, T::ZERO]
 }
 
-/// A chain in the plane of rotation at one state.
+/// Chain in the plane of rotation at one state.
 struct Planar<'a, T> {
     length: T,
     gravity: [T; 3],
@@ -216,7 +218,7 @@ impl<'a, T: Real> Planar<'a, T> {
         }
     }
 
-    /// `ē_0`, which is `e_0` turned by the relaxed angle of the clamp joint.
+    /// Returns `ē_0`: `e_0` turned by the relaxed angle of the clamp joint.
     #[inline(always)]
     fn relaxed_clamp(&self) -> [T; 2] {
         self.links[0]
@@ -224,26 +226,26 @@ impl<'a, T: Real> Planar<'a, T> {
             .turn(in_plane(self.clamp.direction))
     }
 
-    /// `Ω`, which is along `z`.
+    /// Returns `Ω`, which is along `z`.
     #[inline(always)]
     fn body_rate(&self) -> T {
         let [_, _, rate] = self.clamp.angular_velocity;
         rate
     }
 
-    /// `θ̇` of segment `k` as seen from the body.
+    /// Returns `θ̇` of segment `k` relative to the body.
     #[inline(always)]
     fn rate_in_body(&self, k: usize) -> T {
         self.v[k][1] - self.body_rate()
     }
 
-    /// The constants of segment `k`.
+    /// Returns the constants of segment `k`.
     #[inline(always)]
     fn constants(&self, k: usize) -> SegmentConstants<T> {
         self.links[k].segment(self.length)
     }
 
-    /// `θ` and `θ̇` of segment `k`.
+    /// Returns `θ` and `θ̇` of segment `k`.
     #[inline(always)]
     fn azimuth(&self, k: usize) -> Coordinate<T> {
         Coordinate {
@@ -252,7 +254,7 @@ impl<'a, T: Real> Planar<'a, T> {
         }
     }
 
-    /// `η` and `η̇` of segment `k`.
+    /// Returns `η` and `η̇` of segment `k`.
     #[inline(always)]
     fn variation(&self, k: usize) -> Coordinate<T> {
         Coordinate {
@@ -285,8 +287,8 @@ impl<'a, T: Real> Planar<'a, T> {
         )
     }
 
-    /// See [`Energies::clamp_torque_power`]. In the plane only the damper of the clamp joint sees
-    /// how the body turns.
+    /// Returns [`Energies::clamp_torque_power`]. In the plane only the damper of the clamp joint
+    /// depends on the rotation of the body.
     fn clamp_torque_power(&self) -> T {
         let [damper] = self.clamp_torque(&self.links[0].without_spring());
         self.clamp_energy().power + self.body_rate() * damper
@@ -489,15 +491,14 @@ fn tangent_in_plane<T: Real>(tangent: NodeTangent<T>) -> LoadTangent<T, 2> {
     }
 }
 
-/// The lateral variation of a planar chain, along the motion whose inverse dynamics are in
-/// `motion`.
+/// Lateral variation of a planar chain, along the motion whose inverse dynamics are in `motion`.
 struct Lateral<'a, T> {
     planar: Planar<'a, T>,
     motion: &'a Memory<T, 1, 2>,
 }
 
 impl<T: Real> Lateral<'_, T> {
-    /// How the azimuth changes at joint `k`.
+    /// Returns the change of the azimuth at joint `k`.
     #[inline(always)]
     fn azimuth_steps(&self, k: usize) -> AzimuthSteps<T> {
         let Planar { links, angles, .. } = self.planar;
@@ -506,7 +507,7 @@ impl<T: Real> Lateral<'_, T> {
             .azimuth_steps(angles[k - 1], angles[k])
     }
 
-    /// The nodes of the planar motion.
+    /// Returns the nodes of the planar motion.
     fn nodes(&self) -> Placed<'_, T, 2> {
         let Memory {
             positions,
@@ -519,7 +520,7 @@ impl<T: Real> Lateral<'_, T> {
         }
     }
 
-    /// The resistance of the loads on node `k` to a lateral motion, `−∂F_z/∂ż` in N s/m.
+    /// Returns the resistance of the loads on node `k` to a lateral motion, `∂F_z/∂ż` in N s/m.
     #[inline(always)]
     fn damping(&self, loads: &dyn NodeLoads<T>, k: usize) -> Option<T> {
         let (position, velocity) = (
@@ -541,7 +542,7 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
         self.planar.mass(k)
     }
 
-    /// The root stays where it is when the clamp is tilted.
+    /// Returns the root at rest: a tilt of the clamp does not move it.
     #[inline(always)]
     fn root(&self) -> Root<T, 1> {
         Root {
@@ -769,9 +770,9 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
     }
 }
 
-/// A task for [`PlanarDynamics`].
+/// Task for [`PlanarDynamics`].
 pub enum PlanarTask<'a, T> {
-    /// Of the motion and, where it has a part in it, of its variation.
+    /// Task of the motion and, for a factorisation, of its variation.
     Motion(Task<'a, T>),
     /// [`PlanarDynamics::lateral_accelerations`]
     Lateral(ChainState<'a, T>, &'a dyn NodeLoads<T>, &'a mut [[T; 2]]),
@@ -809,7 +810,7 @@ fn run_planar<T: Lanewise>(dynamics: &mut PlanarDynamics<T>, task: PlanarTask<'_
     }
 }
 
-/// A factorisation of the matrices of a motion and of its variation, of a chain with or without
+/// Factorisation of the matrices of a motion and of its variation, for a chain with or without
 /// loads at points of its segments.
 struct PlanarFactorisation<'a, T, const POINTS: bool> {
     dynamics: &'a mut PlanarDynamics<T>,
@@ -839,7 +840,7 @@ impl<T: Lanewise, const POINTS: bool> Loop for PlanarFactorisation<'_, T, POINTS
     }
 }
 
-/// A task with its chain.
+/// Task with its chain.
 struct PlanarRecursion<'a, T> {
     dynamics: &'a mut PlanarDynamics<T>,
     task: PlanarTask<'a, T>,

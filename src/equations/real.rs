@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A real number, or several side by side.
+/// Real number, or several side by side.
 ///
 /// The generated kernels and the loops over them are generic over this trait, so that one source
 /// serves one simulation and many.
@@ -19,22 +19,22 @@ pub trait Real:
     /// Zero.
     const ZERO: Self;
 
-    /// The constant `value`.
+    /// Returns the constant `value`.
     fn from_f64(value: f64) -> Self;
 
-    /// The square root.
+    /// Returns the square root.
     fn sqrt(self) -> Self;
 
-    /// The sine, argument in rad.
+    /// Returns the sine, argument in rad.
     fn sin(self) -> Self;
 
-    /// The cosine, argument in rad.
+    /// Returns the cosine, argument in rad.
     fn cos(self) -> Self;
 
-    /// Sine and cosine, argument in rad.
+    /// Returns sine and cosine, argument in rad.
     fn sin_cos(self) -> (Self, Self);
 
-    /// `sin φ, cos φ, sin θ, cos θ` of the segments that both slices have.
+    /// Computes `sin φ, cos φ, sin θ, cos θ` of the segments that both slices have.
     #[inline(always)]
     fn sines_and_cosines(q: &[[Self; 2]], angles: &mut [[Self; 4]]) {
         for (q, angles) in q.iter().zip(angles) {
@@ -43,7 +43,8 @@ pub trait Real:
         }
     }
 
-    /// `sin θ, cos θ` of the segments that both slices have, from blocks whose second entry is `θ`.
+    /// Computes `sin θ, cos θ` of the segments that both slices have, from blocks whose second
+    /// entry is `θ`.
     #[inline(always)]
     fn azimuthal_sines_and_cosines(q: &[[Self; 2]], angles: &mut [[Self; 2]]) {
         for (q, angles) in q.iter().zip(angles) {
@@ -52,53 +53,53 @@ pub trait Real:
         }
     }
 
-    /// The arc sine, in rad.
+    /// Returns the arc sine, in rad.
     fn asin(self) -> Self;
 
-    /// The exponential.
+    /// Returns the exponential.
     fn exp(self) -> Self;
 
-    /// The natural logarithm.
+    /// Returns the natural logarithm.
     fn ln(self) -> Self;
 
-    /// The hyperbolic tangent.
+    /// Returns the hyperbolic tangent.
     fn tanh(self) -> Self;
 
-    /// The magnitude.
+    /// Returns the magnitude.
     fn abs(self) -> Self;
 
-    /// The angle of the point `(x, self)`, in rad.
+    /// Returns the angle of the point `(x, self)`, in rad.
     fn atan2(self, x: Self) -> Self;
 
-    /// The real power.
+    /// Returns the real power.
     fn powf(self, exponent: Self) -> Self;
 
-    /// 1 where `self < other`, else 0.
+    /// Returns 1 where `self < other`, else 0.
     fn less_than(self, other: Self) -> Self;
 
-    /// The derivative of order `ORDER` (0 to 3) of `S(u) = ½ arccos²(1 − u)` at `u`, see
+    /// Returns the derivative of order `ORDER` (0 to 3) of `S(u) = ½ arccos²(1 − u)` at `u`, see
     /// `bristle_codegen::ir::special`.
     fn half_angle_squared<const ORDER: u8>(u: Self) -> Self;
 }
 
-/// A [`Real`] whose lanes can be accessed individually and may take different branches.
+/// [`Real`] whose lanes can be accessed individually and may take different branches.
 pub trait Lanewise: Real {
-    /// The number of lanes.
+    /// Number of lanes.
     const LANES: usize;
 
-    /// The number in one lane.
+    /// Returns the number in one lane.
     fn lane(self, lane: usize) -> f64;
 
     /// Changes the number in one lane.
     fn set_lane(&mut self, lane: usize, value: f64);
 
-    /// The larger one; `self` if `other` is NaN.
+    /// Returns the larger number; `self` if `other` is NaN.
     fn max(self, other: Self) -> Self;
 
-    /// `self` in `lanes`, `other` elsewhere.
+    /// Returns `self` in `lanes`, `other` elsewhere.
     fn select(self, lanes: LaneSet, other: Self) -> Self;
 
-    /// The results of `value` for each lane.
+    /// Returns the results of `value` for each lane.
     #[inline(always)]
     fn from_lanes(value: impl Fn(usize) -> f64) -> Self {
         let mut result = Self::ZERO;
@@ -109,18 +110,19 @@ pub trait Lanewise: Real {
     }
 }
 
-/// A single comparison, as in a vector unit. `f64::max` also has a rule for NaN on either side.
+/// Returns the larger number by a single comparison, as in a vector unit. `f64::max` also has a
+/// rule for NaN on either side.
 #[inline(always)]
 pub(super) fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
 }
 
-/// A set of lanes.
+/// Set of lanes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LaneSet(u64);
 
 impl LaneSet {
-    /// The first `count` lanes.
+    /// Returns the first `count` lanes.
     pub fn first(count: usize) -> Self {
         Self(if count >= 64 {
             u64::MAX
@@ -129,13 +131,13 @@ impl LaneSet {
         })
     }
 
-    /// True if the set is empty.
+    /// Returns `true` if the set is empty.
     #[inline(always)]
     pub fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// True if the set contains `lane`.
+    /// Returns `true` if the set contains `lane`.
     #[inline(always)]
     pub fn contains(self, lane: usize) -> bool {
         self.0 >> lane & 1 == 1
@@ -151,7 +153,7 @@ impl LaneSet {
         self.0 &= !(1 << lane);
     }
 
-    /// The lanes, in order.
+    /// Returns the lanes, in order.
     pub fn iter(self) -> impl Iterator<Item = usize> {
         let mut rest = self.0;
         std::iter::from_fn(move || {

@@ -1,9 +1,10 @@
-//! O(n) dynamics of a chain by recursion over its segments, whatever coordinates and vectors have.
+//! O(n) dynamics of a chain by recursion over its segments, for any dimension of coordinates and
+//! vectors.
 //!
 //! The chain is a tree without branches. Seen from its inner end `x_{k−1}`, everything outside
 //! joint `k` is a body that responds to an acceleration with a force. The recursion carries this
-//! response from the tip to the root (the articulated-body recursion of Featherstone 1983, with
-//! blocks of the size of a node, because a node only translates). An implicit step also couples
+//! response from the tip to the root (the articulated-body recursion of Featherstone 1983). Blocks
+//! have the size of a node, because a node only translates. An implicit step also couples
 //! neighbours through the joints. This widens the block by the coordinates of the segment inside
 //! it.
 //!
@@ -24,7 +25,7 @@ use super::{
 };
 
 impl<T: Real, const D: usize> JointTangent<T, D> {
-    /// That of the clamp joint, which has no segment inside.
+    /// Creates the tangent of the clamp joint, which has no segment inside.
     #[inline(always)]
     pub(super) fn at_clamp(next_next: [[T; D]; D]) -> Self {
         let none = zero_matrix();
@@ -37,14 +38,14 @@ impl<T: Real, const D: usize> JointTangent<T, D> {
     }
 }
 
-/// How the load on a node changes with its position and velocity.
+/// Jacobian of the load on a node with respect to its position and velocity.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LoadTangent<T, const S: usize> {
     pub position: [[T; S]; S],
     pub velocity: [[T; S]; S],
 }
 
-/// A force at a point of a segment; see [`PointLoad`](super::PointLoad).
+/// Force at a point of a segment; see [`PointLoad`](super::PointLoad).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Point<T, const S: usize> {
     pub segment: usize,
@@ -52,7 +53,7 @@ pub(super) struct Point<T, const S: usize> {
     pub force: [T; S],
 }
 
-/// How it changes; see [`PointTangent`](super::PointTangent).
+/// Jacobian of such a force; see [`PointTangent`](super::PointTangent).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PointChange<T, const S: usize> {
     pub segment: usize,
@@ -70,7 +71,7 @@ pub(super) struct Root<T, const S: usize> {
 /// Positions and velocities of the nodes of a chain, or of one of them.
 pub(super) type Nodes<'a, T, const S: usize> = [&'a [[T; S]]; 2];
 
-/// The nodes of a chain in the memory of the recursions, in space or in the plane of rotation.
+/// Nodes of a chain in the memory of the recursions, in space or in the plane of rotation.
 pub(super) struct Placed<'a, T, const S: usize> {
     pub clamp: &'a Clamp<T>,
     pub nodes: Nodes<'a, T, S>,
@@ -93,7 +94,7 @@ impl<T: Lanewise, const S: usize> NodeMotion for Placed<'_, T, S> {
 }
 
 impl<T: Real> Clamp<T> {
-    /// The root under `gravity`.
+    /// Returns the root under `gravity`.
     #[inline(always)]
     pub(super) fn root(&self, gravity: [T; 3]) -> Root<T, 3> {
         Root {
@@ -104,45 +105,45 @@ impl<T: Real> Clamp<T> {
     }
 }
 
-/// A chain at one state. It holds the constants of the whole chain by value, so that the compiler
-/// can keep them in registers. It would read constants behind a reference again after every write.
+/// Chain at one state. It holds the constants of the whole chain by value, so that the compiler can
+/// keep them in registers. It would read constants behind a reference again after every write.
 pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
-    /// Number of segments.
+    /// Returns the number of segments.
     fn segments(&self) -> usize;
 
-    /// Mass of segment `k`.
+    /// Returns the mass of segment `k`.
     fn mass(&self, k: usize) -> T;
 
-    /// The inner end of the first segment.
+    /// Returns the inner end of the first segment.
     fn root(&self) -> Root<T, S>;
 
-    /// Takes the coordinates, or what belongs to them, from a block.
+    /// Takes coordinates, or quantities that belong to them, from a block.
     fn take(block: [T; 2]) -> [T; D];
 
-    /// Puts them into a block.
+    /// Puts such quantities into a block.
     fn put(block: &mut [T; 2], values: [T; D]);
 
-    /// A vector in the frame.
+    /// Returns a vector in the frame.
     fn in_frame(vector: [T; S]) -> [T; 3];
 
-    /// The components of a vector in the frame.
+    /// Returns the components of a vector in the frame.
     fn components(vector: [T; 3]) -> [T; S];
 
-    /// Kinematics and inertia of segment `k`.
+    /// Returns kinematics and inertia of segment `k`.
     fn segment(&self, k: usize) -> Segment<T, D, S>;
 
-    /// Torques of the spring and the damper at the inner end of segment `k`.
+    /// Returns the torques of the spring and the damper at the inner end of segment `k`.
     fn inner_joint(&self, k: usize) -> Joint<T, D>;
 
-    /// False if no node carries a load.
+    /// Returns `false` if no node carries a load.
     fn is_loaded(&self, loads: &dyn NodeLoads<T>) -> bool {
         !loads.is_empty()
     }
 
-    /// The load on node `k`, which is at a position with a velocity.
+    /// Returns the load on node `k`, which has a position and a velocity.
     fn load(&self, loads: &dyn NodeLoads<T>, k: usize, node: [[T; S]; 2]) -> Option<[T; S]>;
 
-    /// How `segment(k)` changes with the accelerations of a step.
+    /// Returns the Jacobian of `segment(k)` with respect to the accelerations of a step.
     fn segment_tangent(
         &self,
         k: usize,
@@ -152,10 +153,10 @@ pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
         weights: StepWeights<T>,
     ) -> SegmentTangent<T, D, S>;
 
-    /// How the torques of `inner_joint(k)` change with them.
+    /// Returns the Jacobian of the torques of `inner_joint(k)` with respect to these accelerations.
     fn inner_joint_tangent(&self, k: usize, weights: StepWeights<T>) -> JointTangent<T, D>;
 
-    /// How the load on node `k` changes.
+    /// Returns the Jacobian of the load on node `k`.
     fn load_tangent(
         &self,
         loads: &dyn NodeLoads<T>,
@@ -171,7 +172,7 @@ pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
         apply: &mut dyn FnMut(Point<T, S>),
     );
 
-    /// Calls `apply` with how they change.
+    /// Calls `apply` with the Jacobians of these loads.
     fn point_changes(
         &self,
         loads: &dyn NodeLoads<T>,
@@ -180,15 +181,16 @@ pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
     );
 }
 
-/// A chain whose energies are known.
+/// Chain whose energies are known.
 pub(super) trait Energetic<T: Real, const D: usize, const S: usize>:
     Posture<T, D, S>
 {
-    /// Kinetic energy and energy of gravity of segment `k`, whose inner end is at `position` and
-    /// moves at `velocity`.
+    /// Returns kinetic energy and energy of gravity of segment `k`, whose inner end is at
+    /// `position` and moves at `velocity`.
     fn segment_energy(&self, k: usize, position: [T; S], velocity: [T; S]) -> SegmentEnergy<T>;
 
-    /// Energy of the spring and dissipation function of the damper at the inner end of segment `k`.
+    /// Returns energy of the spring and dissipation function of the damper at the inner end of
+    /// segment `k`.
     fn inner_joint_energy(&self, k: usize) -> JointEnergy<T>;
 }
 
@@ -210,7 +212,7 @@ struct Elimination<T, const D: usize, const S: usize> {
 }
 
 impl<T: Lanewise, const D: usize, const S: usize> Elimination<T, D, S> {
-    /// `self` in `lanes`, `other` elsewhere.
+    /// Returns `self` in `lanes`, `other` elsewhere.
     #[inline(always)]
     fn select(&self, lanes: LaneSet, other: &Self) -> Self {
         Self {
@@ -224,7 +226,7 @@ impl<T: Lanewise, const D: usize, const S: usize> Elimination<T, D, S> {
     }
 }
 
-/// The elimination's result for one segment, from which the accelerations follow.
+/// Result of the elimination for one segment, from which the accelerations follow.
 #[derive(Clone, Copy, Debug)]
 struct Response<T, const D: usize, const S: usize> {
     /// `q̈` with the inner node at rest.
@@ -236,7 +238,7 @@ struct Response<T, const D: usize, const S: usize> {
     bias: [T; S],
 }
 
-/// What the recursions compute of each segment and node. Arrays are indexed by segment.
+/// Results of the recursions for each segment and node. Arrays are indexed by segment.
 #[derive(Clone, Debug)]
 pub(super) struct Memory<T, const D: usize, const S: usize> {
     /// `G` of the segment.
@@ -245,9 +247,9 @@ pub(super) struct Memory<T, const D: usize, const S: usize> {
     pub velocities: Vec<[T; S]>,
     /// Acceleration of the inner node of each segment and of the tip, minus gravity.
     pub base_accelerations: Vec<[T; S]>,
-    /// The force that each segment alone requires at its inner node.
+    /// Force that each segment alone requires at its inner node.
     base_forces: Vec<[T; S]>,
-    /// The force that the chain outside each segment's outer node requires there.
+    /// Force that the chain outside each segment's outer node requires there.
     pub outer_forces: Vec<[T; S]>,
     pub root_force: [T; S],
     eliminations: Vec<Elimination<T, D, S>>,
@@ -258,18 +260,18 @@ pub(super) struct Memory<T, const D: usize, const S: usize> {
     /// Shares of the ends of the segments in the loads at points of segments, from the root to the
     /// tip.
     point_forces: Vec<[T; S]>,
-    /// Whether `base_forces` carry them too.
+    /// `true` if `base_forces` include them.
     carries_points: bool,
-    /// How these shares change along a step, by segment.
+    /// Jacobians of these shares along a step, by segment.
     point_blocks: Vec<Blocks<T, S>>,
 }
 
-/// How the forces on both ends of a segment from loads on it change along a step with the
+/// Jacobian along a step of the forces of loads on both ends of a segment, with respect to the
 /// accelerations of these ends.
 type Blocks<T, const S: usize> = [[[[T; S]; S]; 2]; 2];
 
 impl<T: Real, const D: usize, const S: usize> Memory<T, D, S> {
-    /// For `n` segments.
+    /// Creates the memory for `n` segments.
     pub fn new(n: usize) -> Self {
         let elimination = Elimination {
             pivot: zero_matrix(),
@@ -303,8 +305,8 @@ impl<T: Real, const D: usize, const S: usize> Memory<T, D, S> {
     }
 }
 
-/// Carries out `task` on a chain of `n` segments, whose sines and cosines are those of the task.
-/// `posture` makes the posture at the state that it is given.
+/// Carries out `task` on a chain of `n` segments, whose sines and cosines belong to the task.
+/// `posture` makes the posture at a given state.
 #[inline(always)]
 pub(super) fn perform<'a, T: Lanewise, P: Energetic<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
@@ -335,7 +337,7 @@ pub(super) fn perform<'a, T: Lanewise, P: Energetic<T, D, S>, const D: usize, co
     }
 }
 
-/// The dissipation function of the whole chain in W.
+/// Returns the dissipation function of the whole chain in W.
 #[inline(always)]
 fn dissipation<T: Real, P: Energetic<T, D, S>, const D: usize, const S: usize>(posture: &P) -> T {
     let mut sum = posture.inner_joint_energy(0).dissipation;
@@ -345,7 +347,7 @@ fn dissipation<T: Real, P: Energetic<T, D, S>, const D: usize, const S: usize>(p
     sum
 }
 
-/// Energies, where the nodes were last placed, with the power of the clamp's torque.
+/// Returns the energies where the nodes were last placed, with the power of the clamp's torque.
 pub(super) fn energies<T: Real, P: Energetic<T, D, S>, const D: usize, const S: usize>(
     memory: &Memory<T, D, S>,
     posture: &P,
@@ -378,7 +380,7 @@ pub(super) fn energies<T: Real, P: Energetic<T, D, S>, const D: usize, const S: 
     energies
 }
 
-/// Positions and velocities of the nodes.
+/// Computes positions and velocities of the nodes.
 #[inline(always)]
 pub(super) fn place<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
@@ -399,7 +401,7 @@ pub(super) fn place<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize
     }
 }
 
-/// [`place`], with the accelerations of the nodes at the `q̈` in `accelerations`.
+/// Extends [`place`] by the accelerations of the nodes at the `q̈` in `accelerations`.
 #[inline(always)]
 pub(super) fn track<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
@@ -477,7 +479,7 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
             &transposed_product(jacobian, &spread),
         ));
         let torque = sub(sub(torque, segment.bias), mul_transposed(jacobian, outer));
-        // (Uᵀ premultiplied by the pivot, which is symmetric here.)
+        // Uᵀ premultiplied by the pivot, which is symmetric here.
         let mut from_node = zero_matrix::<T, D, S>();
         unrolled!(row < D, {
             from_node[row] = mul(&coupling, pivot[row]);
@@ -518,7 +520,7 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
     }
 }
 
-/// `M q̈ − f − Q` at the `q̈` that are tried, into `residual`.
+/// Computes the residual `M q̈ − f − Q` at the trial `q̈`.
 #[inline(always)]
 pub(super) fn residual<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
@@ -539,8 +541,9 @@ pub(super) fn residual<T: Real, P: Posture<T, D, S>, const D: usize, const S: us
     memory.root_force = forces.force;
 }
 
-/// [`residual`] and [`solve`] in one: into `correction` the `δq̈` that Newton's method subtracts
-/// from `q̈`. The elimination runs inwards beside the forces, so that neither waits for the other.
+/// Computes [`residual`] and [`solve`] in one: `correction` is the `δq̈` that Newton's method
+/// subtracts from `q̈`. The elimination runs inwards beside the forces, so that neither waits for
+/// the other.
 #[inline(always)]
 pub(super) fn correction<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
@@ -564,8 +567,8 @@ pub(super) fn correction<T: Real, P: Posture<T, D, S>, const D: usize, const S: 
     substitute::<T, P, D, S>(memory, n, correction);
 }
 
-/// Sums positions, velocities and accelerations from the root to the tip. Into `residual` goes what
-/// needs no force at the outer node.
+/// Sums positions, velocities and accelerations from the root to the tip. The part that needs no
+/// force at the outer node goes into `residual`.
 #[inline(always)]
 fn sum_outwards<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
@@ -587,7 +590,7 @@ fn sum_outwards<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
         mut velocity,
         acceleration: mut base,
     } = posture.root();
-    // For the segment before, which still lacks the torque of its outer joint.
+    // Residual of the segment before, which still lacks the torque of its outer joint.
     let mut pending = zero();
     for k in 0..n {
         let segment = posture.segment(k);
@@ -620,12 +623,12 @@ fn sum_outwards<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     base_accelerations[n] = base;
 }
 
-/// The nodes to ask for their loads.
+/// Nodes that may carry loads.
 #[derive(Clone, Copy)]
 struct Loaded<'a> {
     any: bool,
     lanes: Option<&'a [LaneSet]>,
-    /// Whether there may be loads at points of segments.
+    /// `true` if there may be loads at points of segments.
     points: bool,
 }
 
@@ -643,8 +646,8 @@ impl<'a> Loaded<'a> {
         }
     }
 
-    /// The shares of the ends of the segments in the loads at points of segments, from the root to
-    /// the tip.
+    /// Returns the shares of the ends of the segments in the loads at points of segments, from the
+    /// root to the tip.
     #[inline(always)]
     fn point_forces<'f, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
         self,
@@ -678,8 +681,7 @@ impl<'a> Loaded<'a> {
     }
 }
 
-/// How the shares of the ends of the segments in the loads at points of segments change along a
-/// step.
+/// Computes the Jacobians along a step of the shares of the segments' ends in the loads at points.
 #[inline(always)]
 fn point_blocks<'b, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     posture: &P,
@@ -704,7 +706,7 @@ fn point_blocks<'b, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize
     &blocks[..posture.segments()]
 }
 
-/// The forces inside a chain, summed inwards from the tip.
+/// Forces inside a chain, summed inwards from the tip.
 struct Forces<'a, T, P, const D: usize, const S: usize> {
     posture: &'a P,
     loads: &'a dyn NodeLoads<T>,
@@ -714,12 +716,13 @@ struct Forces<'a, T, P, const D: usize, const S: usize> {
     velocities: &'a [[T; S]],
     base_forces: &'a [[T; S]],
     outer_forces: &'a mut [[T; S]],
-    /// On the inner node of the segment that was summed last.
+    /// Force on the inner node of the segment that was summed last.
     force: [T; S],
 }
 
 impl<'a, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize> Forces<'a, T, P, D, S> {
-    /// Those before the first sum; with the factorised matrix and the scratch of its solution.
+    /// Creates the forces before the first sum, with the factorised matrix and the scratch of its
+    /// solution.
     #[inline(always)]
     fn new(
         memory: &'a mut Memory<T, D, S>,
@@ -773,8 +776,8 @@ impl<'a, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize> Forces<'a
         force
     }
 
-    /// [`Forces::add`]. Returns the residual of segment `k`, of which `inertial` needs no force at
-    /// the outer node.
+    /// Calls [`Forces::add`] and returns the residual of segment `k`. Its part `inertial` needs no
+    /// force at the outer node.
     #[inline(always)]
     fn residual(&mut self, k: usize, inertial: [T; D]) -> [T; D] {
         let force = self.add(k);
@@ -782,8 +785,8 @@ impl<'a, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize> Forces<'a
     }
 }
 
-/// The forces inside the chain at the point of the last [`residual`], but with the loads that the
-/// nodes carry where they are now.
+/// Recomputes the forces inside the chain at the point of the last [`residual`], but with the loads
+/// at the present positions of the nodes.
 #[inline(always)]
 pub(super) fn load<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
@@ -803,8 +806,8 @@ pub(super) fn load<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>
 
 /// Factorises `∂(residual)/∂q̈` along a step, in `lanes`, at the point of the last [`residual`].
 ///
-/// With `POINTS` there may be loads at points of segments: code for them slows the loop even where
-/// there are none.
+/// With `POINTS` there may be loads at points of segments: their code slows the loop even without
+/// such loads.
 #[inline(always)]
 pub(super) fn factorise<
     T: Lanewise,
@@ -842,8 +845,8 @@ pub(super) fn factorise<
         &[]
     };
 
-    // The outer chain responds to δẍ at its inner node and δq̈ of the segment inside it with the
-    // force A δẍ + B δq̈ and the torque C δẍ + D δq̈.
+    // The outer chain responds to δẍ at its inner node and δq̈ of the segment inside it. The
+    // response is the force A δẍ + B δq̈ and the torque C δẍ + D δq̈.
     let (mut a, mut b) = (zero_matrix::<T, S, S>(), zero_matrix::<T, S, D>());
     let (mut c, mut d) = (zero_matrix::<T, D, S>(), zero_matrix::<T, D, D>());
     for k in (0..n).rev() {
@@ -937,8 +940,8 @@ pub(super) fn solve<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize
     substitute::<T, P, D, S>(memory, n, right_side);
 }
 
-/// The inward half of a solution: what the segments outside the present one leave to those inside
-/// it.
+/// Inward half of a solution: reaction of the segments outside the present one on the segments
+/// inside it.
 struct Reduction<T, const D: usize, const S: usize> {
     force: [T; S],
     torque: [T; D],
@@ -953,8 +956,8 @@ impl<T: Real, const D: usize, const S: usize> Reduction<T, D, S> {
         }
     }
 
-    /// `δq̈` of the next segment inwards for its `right_side`, with its inner node and its inner
-    /// neighbour at rest.
+    /// Returns `δq̈` of the next segment inwards for its `right_side`, with its inner node and its
+    /// inner neighbour at rest.
     #[inline(always)]
     fn reduce(
         &mut self,
@@ -973,7 +976,7 @@ impl<T: Real, const D: usize, const S: usize> Reduction<T, D, S> {
     }
 }
 
-/// The outward half of a solution.
+/// Completes the outward half of a solution.
 #[inline(always)]
 fn substitute<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &Memory<T, D, S>,
@@ -998,7 +1001,8 @@ fn substitute<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     }
 }
 
-/// How the nodes move with a `change` of the coordinates, to first order, into `result`.
+/// Writes the displacements of the nodes for a `change` of the coordinates, to first order, into
+/// `result`.
 #[inline(always)]
 fn displacements<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &Memory<T, D, S>,
@@ -1014,7 +1018,7 @@ fn displacements<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     }
 }
 
-/// The generalised forces of `forces` on the nodes, into `result`.
+/// Writes the generalised forces of `forces` on the nodes into `result`.
 #[inline(always)]
 fn torques<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &Memory<T, D, S>,
@@ -1030,8 +1034,7 @@ fn torques<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     }
 }
 
-/// Moves the nodes to where a `correction`, subtracted from `q̈`, moves them within a step, to
-/// first order.
+/// Moves the nodes for a `correction` that is subtracted from `q̈` within a step, to first order.
 #[inline(always)]
 pub(super) fn shift<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,

@@ -31,7 +31,7 @@ impl Real for f64 {
         elementary::sin_cos(self)
     }
 
-    /// Four segments at a time, which the compiler computes in vectors.
+    /// Computes four segments at a time, in vectors.
     #[inline(always)]
     fn sines_and_cosines(q: &[[Self; 2]], angles: &mut [[Self; 4]]) {
         for (q, angles) in q.chunks(4).zip(angles.chunks_mut(4)) {
@@ -49,7 +49,7 @@ impl Real for f64 {
         }
     }
 
-    /// Eight segments at a time.
+    /// Computes eight segments at a time.
     #[inline(always)]
     fn azimuthal_sines_and_cosines(q: &[[Self; 2]], angles: &mut [[Self; 2]]) {
         for (q, angles) in q.chunks(8).zip(angles.chunks_mut(8)) {

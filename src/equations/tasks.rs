@@ -1,17 +1,17 @@
-//! What the equations of motion of a chain can be asked for, whatever its coordinates are.
+//! Queries of the equations of motion of a chain, whatever its coordinates.
 
 use super::{ChainState, LaneSet, Lanewise, NodeLoads, StepWeights};
 
 /// Equations of motion of one chain, or of one per lane: [`Dynamics`](super::Dynamics) in space,
 /// [`PlanarDynamics`](super::PlanarDynamics) in the plane of rotation.
 ///
-/// Arrays are indexed by segment; `0` is the one at the clamp. What a block of coordinates holds is
-/// for the equations to say.
+/// Arrays are indexed by segment; `0` is the one at the clamp. The equations define the contents of
+/// a block of coordinates.
 pub trait ChainDynamics<T: Lanewise> {
     #[doc(hidden)]
     fn run(&mut self, task: Task<'_, T>);
 
-    /// Angles, positions and velocities at `(q, q̇)`, without forces.
+    /// Computes angles, positions and velocities at `(q, q̇)`, without forces.
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
@@ -19,7 +19,7 @@ pub trait ChainDynamics<T: Lanewise> {
         self.run(Task::Place(at));
     }
 
-    /// Like [`ChainDynamics::place`], with the accelerations of the nodes at `q̈`.
+    /// Extends [`ChainDynamics::place`] by the accelerations of the nodes at `q̈`.
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
@@ -27,8 +27,8 @@ pub trait ChainDynamics<T: Lanewise> {
         self.run(Task::Track(at, accelerations));
     }
 
-    /// The [`Energies::dissipation`](super::Energies::dissipation) alone in W, at the `q` of the
-    /// last call that took it.
+    /// Returns [`Energies::dissipation`](super::Energies::dissipation) alone in W, at the `q` of
+    /// the last call that took it.
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
@@ -38,8 +38,8 @@ pub trait ChainDynamics<T: Lanewise> {
         result
     }
 
-    /// Moves the nodes to their positions after `correction` (rad/s²) is subtracted from the `q̈`
-    /// of the last [`ChainDynamics::residual`], and its products with `weights` from `q̇` and `q`.
+    /// Moves the nodes for a `correction` (rad/s²) that is subtracted from the `q̈` of the last
+    /// [`ChainDynamics::residual`]; its products with `weights` are subtracted from `q̇` and `q`.
     ///
     /// This is first order in the correction. In the velocities, `w_v |q̇|` is neglected compared
     /// with one.
@@ -50,8 +50,8 @@ pub trait ChainDynamics<T: Lanewise> {
         self.run(Task::Shift(correction, weights));
     }
 
-    /// How the nodes move with a small `change` of the coordinates (rad), into `displacements` (m),
-    /// at the state of the last [`ChainDynamics::residual`].
+    /// Writes the displacements of the nodes (m) for a small `change` of the coordinates (rad), at
+    /// the state of the last [`ChainDynamics::residual`].
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
@@ -59,9 +59,9 @@ pub trait ChainDynamics<T: Lanewise> {
         self.run(Task::Displacements(change, displacements));
     }
 
-    /// The generalised forces of `forces` (N) on the nodes, into `torques` (N m), at the state of
-    /// the last
-    /// [`ChainDynamics::residual`]: the transpose of [`ChainDynamics::displacements`].
+    /// Writes the generalised forces of `forces` (N) on the nodes into `torques` (N m), at the
+    /// state of the last [`ChainDynamics::residual`]: the transpose of
+    /// [`ChainDynamics::displacements`].
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
@@ -69,11 +69,12 @@ pub trait ChainDynamics<T: Lanewise> {
         self.run(Task::Torques(forces, torques));
     }
 
-    /// Accelerations `q̈` in rad/s² at the state `(q, q̇)`, into `accelerations`.
+    /// Computes `q̈` in rad/s² at the state `(q, q̇)`.
     ///
-    /// Exact up to rounding: solves `M q̈ = f + Q` by elimination from the tip to the root, without
-    /// forming `M`. Joint torques are exact to one rounding of `c`. In a nearly straight filament,
-    /// small components are therefore known to some 1e-16 of the torque at a bend of one radian.
+    /// The result is exact up to rounding: `M q̈ = f + Q` is solved by elimination from the tip to
+    /// the root, without forming `M`. Joint torques are exact to one rounding of `c`. Small
+    /// components in a nearly straight filament therefore have an error of some 1e-16 of the torque
+    /// at a bend of one radian.
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
@@ -86,7 +87,7 @@ pub trait ChainDynamics<T: Lanewise> {
         self.run(Task::Accelerations(at, loads, accelerations));
     }
 
-    /// `M q̈ − f − Q` in N m at `(q, q̇, q̈)`, into `residual`, without forming `M`.
+    /// Computes the residual `M q̈ − f − Q` in N m at `(q, q̇, q̈)`, without forming `M`.
     ///
     /// # Panics
     /// If a slice is shorter than the chain.
@@ -107,8 +108,8 @@ pub trait ChainDynamics<T: Lanewise> {
         ));
     }
 
-    /// [`ChainDynamics::residual`] and [`ChainDynamics::solve`] in one: into `correction` the
-    /// change of `q̈` (rad/s²) that Newton's method subtracts, with the matrix of the last
+    /// Computes [`ChainDynamics::residual`] and [`ChainDynamics::solve`] in one: `correction` is
+    /// the change of `q̈` (rad/s²) that Newton's method subtracts, with the matrix of the last
     /// [`ChainDynamics::factorise`].
     ///
     /// # Panics
@@ -139,14 +140,14 @@ pub trait ChainDynamics<T: Lanewise> {
         self.run(Task::Solve(right_side));
     }
 
-    /// Factorises the matrix of Newton's method, `∂(residual)/∂q̈` along a step of the given
-    /// weights, at the state of the last [`ChainDynamics::residual`], which must have been called
-    /// with the same arguments.
+    /// Factorises the Jacobian of Newton's method, `∂(residual)/∂q̈` along a step of the given
+    /// weights, at the state of the last [`ChainDynamics::residual`]. That call must have had the
+    /// same arguments.
     ///
-    /// Only in `lanes`: the others keep their matrix.
+    /// Lanes outside `lanes` keep their matrix.
     ///
     /// The matrix is exact except for one approximation: a loaded node is assumed to move by `w_q
-    /// δẍ` (and at `w_v δẍ`). This neglects `2 w_v |q̇|` compared with one. Newton's method
+    /// δẍ`, and at `w_v δẍ`. This neglects `2 w_v |q̇|` compared with one. Newton's method
     /// converges to the same solution.
     ///
     /// # Panics
@@ -171,8 +172,8 @@ pub trait ChainDynamics<T: Lanewise> {
     }
 }
 
-/// A task for [`ChainDynamics`]: a method of the same name, with its arguments, of which the last
-/// takes the result.
+/// Task for [`ChainDynamics`]: method of the same name, with its arguments; the last one takes the
+/// result.
 pub enum Task<'a, T> {
     Place(ChainState<'a, T>),
     Track(ChainState<'a, T>, &'a [[T; 2]]),
@@ -187,7 +188,7 @@ pub enum Task<'a, T> {
     Dissipation(ChainState<'a, T>, &'a mut T),
 }
 
-/// Accelerations that are tried at a state, under loads.
+/// Trial accelerations at a state, under loads.
 #[derive(Clone, Copy)]
 pub struct Trial<'a, T> {
     pub at: ChainState<'a, T>,
@@ -195,7 +196,7 @@ pub struct Trial<'a, T> {
     pub loads: &'a dyn NodeLoads<T>,
 }
 
-/// The arguments of [`ChainDynamics::factorise`].
+/// Arguments of [`ChainDynamics::factorise`].
 pub struct Factorise<'a, T> {
     pub trial: Trial<'a, T>,
     pub weights: StepWeights<T>,
@@ -203,7 +204,8 @@ pub struct Factorise<'a, T> {
 }
 
 impl<'a, T> Task<'a, T> {
-    /// The coordinates of a task at a new point. The others are about the point of an earlier task.
+    /// Returns the coordinates of a task at a new point; other tasks are at the point of an earlier
+    /// one.
     pub(super) fn new_coordinates(&self) -> Option<&'a [[T; 2]]> {
         match self {
             Self::Place(at) | Self::Track(at, _) | Self::Accelerations(at, ..) => Some(at.q),

@@ -1,4 +1,4 @@
-//! Step lengths chosen by the estimated error, and the work done.
+//! Step-size control by the error estimate, and the work done.
 
 use super::stepper::AttemptError;
 use super::tableau::Tableau;
@@ -7,9 +7,9 @@ use super::{IntegrationError, RejectionCause, Work};
 /// Limit on the decrease of the step, and the margin below the step that would just be accepted.
 const MIN_FACTOR: f64 = 0.2;
 const SAFETY: f64 = 0.9;
-/// A step below this many roundings of the time cannot advance it.
+/// Shortest step that advances the time, in roundings of the time.
 const MIN_STEP_ROUNDINGS: f64 = 8.0;
-/// Near time zero, where roundings vanish, this share of the remaining time replaces the time.
+/// Share of the remaining time that replaces the time near zero, where roundings vanish.
 const MIN_STEP_SHARE: f64 = 1e-3;
 
 /// Limits on the change of the step.
@@ -19,11 +19,11 @@ pub struct StepChange {
     pub growth: f64,
     /// Largest growth after a rejected step, over the first accepted one.
     pub growth_after_rejection: f64,
-    /// Factor of a step whose stages could not be solved.
+    /// Factor on a step whose stages could not be solved.
     pub failure: f64,
     /// Largest growth after such a failure.
     pub growth_after_failure: f64,
-    /// Number of accepted steps for which that holds.
+    /// Number of accepted steps with this limit.
     pub steps_after_failure: u32,
 }
 
@@ -42,7 +42,7 @@ impl StepChange {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pace {
-    /// The step to try next in s.
+    /// Step to try next in s.
     pub step: f64,
     /// Error of the last accepted step, in tolerances.
     pub previous_error: f64,
@@ -50,43 +50,43 @@ pub struct Pace {
     pub cautious: (f64, u32),
 }
 
-/// The length of the next step, and whether it is cut short.
+/// Next step to attempt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Proposal {
-    /// In s.
+    /// Length in s.
     pub step: f64,
-    /// The step reaches the end: take the end time itself, not a sum.
+    /// `true` if the step reaches the end: take the end time itself, not a sum.
     pub limited: bool,
-    /// The time left before it, in s.
+    /// Time left at the start of the step, in s.
     pub remaining: f64,
 }
 
-/// How much work an integration may spend to keep its tolerance.
+/// Work that an integration may spend to keep its tolerance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
     /// Newton iterations.
     pub iterations: usize,
-    /// The length of the integration in s.
+    /// Duration of the integration in s.
     pub duration: f64,
 }
 
-/// The share of the effort that is free at the start, when a filament meets the workpiece.
+/// Share of the effort that is free at the start, when a filament meets the workpiece.
 const FREE_SHARE: f64 = 0.2;
-/// The floor rises with this power of the work over its share: steeply, so that it is far below any
-/// step as long as the work is a fraction of its share.
+/// Power of the work over its share with which the floor rises. It is steep: the floor stays far
+/// below any step while the work is a fraction of its share.
 const FLOOR_POWER: i32 = 4;
-/// The floor rises no further above this ratio of the work to its share: Newton's method would fail
-/// at longer steps.
+/// Ratio of the work to its share above which the floor rises no further: Newton's method would
+/// fail at longer steps.
 const HIGHEST_OVERDRAFT: f64 = 1.5;
-/// The floor changes slowly. A step up to this factor above it counts as one at the floor.
+/// Factor above the slowly changing floor up to which a step counts as one at the floor.
 const FLOOR_MARGIN: f64 = 1.25;
 
 /// Largest growth towards the floor of a step that misses the tolerance: at the floor itself
 /// Newton's method may have failed.
 const FLOOR_GROWTH: f64 = 2.0;
 
-/// An integration that takes this many times the work to which it is limited has failed: its steps
-/// are abandoned, however long they may be.
+/// Work, over its limit, at which an integration has failed: its steps are abandoned, however long
+/// they may be.
 const EXHAUSTION: f64 = 3.5;
 
 /// Chooses the steps of one integration.
@@ -94,14 +94,14 @@ const EXHAUSTION: f64 = 3.5;
 pub struct StepControl {
     order: f64,
     pace: Pace,
-    /// The longest and the shortest step in s.
+    /// Longest and shortest step in s.
     longest: f64,
     shortest: f64,
     change: StepChange,
     allowed_error: f64,
     effort: Option<Effort>,
     work: Work,
-    /// The work before the effort began to count.
+    /// Work before the effort began to count.
     earlier: Work,
 }
 
@@ -126,12 +126,12 @@ impl StepControl {
         }
     }
 
-    /// Limits the work to about `effort`: steps of less than a certain length are accepted whatever
-    /// their error.
+    /// Limits the work to about `effort`: steps shorter than a floor are accepted whatever their
+    /// error.
     ///
-    /// That length vanishes as long as the work is far below its share. It rises to the one with
-    /// which the effort lasts to the end. The methods are L-stable, and damp vibrations that are
-    /// too fast for it; they follow slower ones as before.
+    /// The floor vanishes while the work is far below its share. It rises to the step with which
+    /// the effort lasts to the end. The methods are L-stable: they damp vibrations that are too
+    /// fast for the floor, and follow slower ones as before.
     #[must_use]
     pub fn within(self, effort: Effort) -> Self {
         Self {
@@ -158,12 +158,12 @@ impl StepControl {
         Self { change, ..self }
     }
 
-    /// The state between two steps.
+    /// Returns the state between two steps.
     pub fn pace(&self) -> Pace {
         self.pace
     }
 
-    /// Goes on from a state. Returns `false` if it is not one of this control.
+    /// Continues from a state. Returns `false` if this control cannot have it.
     pub fn restore(&mut self, pace: Pace) -> bool {
         let Pace {
             step,
@@ -189,12 +189,12 @@ impl StepControl {
         self.earlier = self.work;
     }
 
-    /// The Newton iterations since the effort began to count.
+    /// Returns the Newton iterations since the effort began to count.
     fn iterations(&self) -> usize {
         self.work.newton_iterations - self.earlier.newton_iterations
     }
 
-    /// The length in s of a step that is accepted whatever its error.
+    /// Returns the length in s of a step that is accepted whatever its error.
     fn floor(&self, remaining: f64) -> f64 {
         let steps = self.work.steps - self.earlier.steps;
         let (
@@ -212,18 +212,18 @@ impl StepControl {
         duration * spent / steps as f64 * (spent / share).min(HIGHEST_OVERDRAFT).powi(FLOOR_POWER)
     }
 
-    /// The error, in tolerances, with which the next step is expected to be accepted: 1, or more
-    /// where work is limited.
+    /// Returns the error, in tolerances, with which the next step is expected to be accepted: 1, or
+    /// more where work is limited.
     pub fn allowed_error(&self) -> f64 {
         self.allowed_error
     }
 
-    /// Work so far.
+    /// Returns the work so far.
     pub fn work(&self) -> &Work {
         &self.work
     }
 
-    /// The step that will be tried next in s.
+    /// Returns the step to try next in s.
     pub fn step(&self) -> f64 {
         self.pace.step
     }
@@ -234,7 +234,7 @@ impl StepControl {
         self.work.factorisations += factorisations;
     }
 
-    /// The step to take from `time`, not past `last_time`.
+    /// Returns the step to take from `time`, not past `last_time`.
     pub fn propose(&self, time: f64, last_time: f64) -> Proposal {
         let (remaining, step) = (last_time - time, self.pace.step.min(self.longest));
         let limited = step >= remaining;
@@ -251,19 +251,19 @@ impl StepControl {
         }
     }
 
-    /// True for a `step` (s), with `remaining` (s) left at its start, that is so short that the
-    /// work does not allow shorter ones ([`StepControl::within`]): it need not meet the tolerance.
+    /// Returns `true` if the work allows no shorter step than `step` (s), with `remaining` (s) left
+    /// at its start. Such a step need not meet the tolerance ([`StepControl::within`]).
     pub fn is_at_floor(&self, step: f64, remaining: f64) -> bool {
         step <= FLOOR_MARGIN * self.floor(remaining)
     }
 
-    /// True if the work has exceeded its limit by so much that longer steps cannot help.
+    /// Returns `true` if the work exceeds its limit so far that longer steps cannot help.
     pub fn is_exhausted(&self) -> bool {
         self.effort
             .is_some_and(|effort| self.iterations() as f64 > EXHAUSTION * effort.iterations as f64)
     }
 
-    /// Takes the outcome of an attempt at `proposal` from `time`. Returns true if the step is
+    /// Takes the outcome of an attempt at `proposal` from `time`. Returns `true` if the step is
     /// accepted.
     ///
     /// # Errors
@@ -363,7 +363,7 @@ impl StepControl {
         }
     }
 
-    /// Step factor of a PI controller (Hairer and Wanner II, section IV.2).
+    /// Returns the step factor of a PI controller (Hairer and Wanner II, section IV.2).
     fn factor(&self, error: f64) -> f64 {
         let factor = SAFETY
             * error.max(1e-10).powf(-0.7 / self.order)

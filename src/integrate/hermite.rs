@@ -15,19 +15,19 @@ pub struct Knot<const N: usize> {
     pub acceleration: [f64; N],
 }
 
-/// What the knots at the ends of a step contribute to the value and to the first derivative at one
-/// place in it.
+/// Weights of the knots at the ends of a step in the value and the first derivative at one place in
+/// it.
 ///
-/// They are those of the polynomial of degree five that meets both knots; its error is O(step⁶).
+/// They belong to the polynomial of degree five through both knots, whose error is O(step⁶).
 #[derive(Clone, Copy, Debug)]
 pub struct Weights {
-    /// Of the rise of the value, the two rates and the two accelerations.
+    /// Weights of the rise of the value, the two rates and the two accelerations.
     value: [f64; 5],
     rate: [f64; 5],
 }
 
 impl Weights {
-    /// The weights at the fraction `s ∈ [0, 1]` of a step of the length `step`.
+    /// Computes the weights at the fraction `s ∈ [0, 1]` of a step of the length `step`.
     pub fn new(step: f64, s: f64) -> Self {
         let left = 1.0 - s;
         let [square, left_square] = [s * s, left * left];
@@ -48,7 +48,7 @@ impl Weights {
         Self { value, rate }
     }
 
-    /// Value and first derivative between two knots.
+    /// Returns value and first derivative between two knots.
     pub fn interpolate<const N: usize>(
         &self,
         start: &Knot<N>,

@@ -21,11 +21,11 @@ pub use stepper::{AttemptError, StageSolution, Stepper};
 
 use crate::equations::{LaneSet, Lanewise, StepWeights};
 
-/// The relative tolerance of a linear variation, unless that of the motion is looser
+/// Relative tolerance of a linear variation, unless the motion's tolerance is looser
 /// ([`SecondOrderSystem::carries_variation`]).
 pub const VARIATION_TOLERANCE: f64 = 1e-3;
 
-/// A linear variation above this is no longer controlled: it has grown so much that its exact size
+/// Size above which errors of a linear variation are no longer controlled, because its exact size
 /// means nothing.
 pub const LARGEST_CONTROLLED_VARIATION: f64 = 1e30;
 
@@ -45,20 +45,20 @@ pub struct Point<'a, T, const D: usize> {
 /// A system of second order in blocks of `D` coordinates, with `Q` quantities to integrate along
 /// its motion; or one system per lane of `T`.
 pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
-    /// The chart that gives a state's coordinates their meaning; `()` if they always mean the same.
+    /// Chart that gives a state's coordinates their meaning; `()` if there is only one.
     type Chart: Copy + Default;
 
-    /// Why a step cannot start or end at a state; [`Infallible`](std::convert::Infallible) if it
-    /// always can.
+    /// Reason why a step cannot start or end at a state; [`Infallible`](std::convert::Infallible)
+    /// if there is none.
     type Refusal;
 
-    /// Number of blocks.
+    /// Returns the number of blocks.
     fn blocks(&self) -> usize;
 
-    /// `q̈` at `(t, q, q̇)`.
+    /// Computes `q̈` at `(t, q, q̇)`.
     fn accelerations(&mut self, time: T, q: &[[T; D]], v: &[[T; D]], accelerations: &mut [[T; D]]);
 
-    /// `M q̈ − f` at a point.
+    /// Computes `M q̈ − f` at a point.
     fn residual(&mut self, at: &Point<'_, T, D>, residual: &mut [[T; D]]);
 
     /// Prepares [`SecondOrderSystem::solve`] in `lanes` at the point of the last residual, for
@@ -68,20 +68,20 @@ pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
     /// Solves the factorised system in place.
     fn solve(&mut self, right_side: &mut [[T; D]]);
 
-    /// The correction of Newton's method at a point: [`SecondOrderSystem::residual`], then
+    /// Computes Newton's correction at a point: [`SecondOrderSystem::residual`], then
     /// [`SecondOrderSystem::solve`].
     fn correction(&mut self, at: &Point<'_, T, D>, correction: &mut [[T; D]]) {
         self.residual(at, correction);
         self.solve(correction);
     }
 
-    /// Rates of the quantities that are integrated along the motion, at a point. A step may start
-    /// or end there: the caller may next ask the system about that point.
+    /// Returns the rates of the integrated quantities at a point. A step may start or end there:
+    /// the caller may next query the system at that point.
     fn rates(&mut self, at: &Point<'_, T, D>) -> [T; Q];
 
-    /// The same at a stage inside a step, which `correction` with `weights` has moved from the
-    /// point of the last residual. First order in the correction suffices, because the stage itself
-    /// is solved to first order.
+    /// Returns these rates at a stage inside a step. `correction` with `weights` has moved the
+    /// stage from the point of the last residual. First order in it suffices, because the stage
+    /// itself is solved to first order.
     fn stage_rates(
         &mut self,
         at: &Point<'_, T, D>,
@@ -92,26 +92,25 @@ pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
         self.rates(at)
     }
 
-    /// True if the first coordinate of every block is a linear variation along the motion of the
-    /// others.
+    /// Returns `true` if the first coordinate of every block is a linear variation along the motion
+    /// of the others.
     ///
-    /// Its size means nothing, because its equations are linear: errors in it are measured relative
-    /// to its largest entry, and a variation need not be more accurate than
-    /// [`VARIATION_TOLERANCE`], nor accurate at all above [`LARGEST_CONTROLLED_VARIATION`].
+    /// Its size means nothing, because its equations are linear: errors are relative to its largest
+    /// entry. It need not be more accurate than [`VARIATION_TOLERANCE`], nor accurate at all above
+    /// [`LARGEST_CONTROLLED_VARIATION`].
     fn carries_variation(&self) -> bool {
         false
     }
 
-    /// The integrals whose errors count, by index, with the index of their size in
-    /// [`Tolerances::integral_scales`]. What does not change the motion, such as a force along a
-    /// rigid segment, has no part in the errors of coordinates and rates.
+    /// Returns the integrals whose errors are controlled, by index, each with the index of its
+    /// scale in [`Tolerances::integral_scales`]. Errors of coordinates and rates miss a force that
+    /// does not change the motion, such as one along a rigid segment.
     fn controlled_integrals(&self) -> &'static [[usize; 2]] {
         &[]
     }
 
-    /// Solves the factorised equations of the variation, whose right side belongs to the point of
-    /// the last residual after the motion's part of `correction` is subtracted. The result becomes
-    /// the variation's part of `correction`.
+    /// Solves the factorised equations of the variation for its part of `correction`. Their right
+    /// side belongs to the point of the last residual less the motion's part of `correction`.
     fn solve_variation(
         &mut self,
         at: &Point<'_, T, D>,
@@ -121,7 +120,7 @@ pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
         let _ = (at, weights, correction);
     }
 
-    /// The chart in which the system takes coordinates.
+    /// Returns the chart in which the system takes coordinates.
     fn chart(&self) -> Self::Chart {
         Self::Chart::default()
     }
@@ -131,7 +130,7 @@ pub trait SecondOrderSystem<T, const D: usize, const Q: usize> {
         let _ = chart;
     }
 
-    /// The reason why no step can start or end at the coordinates `q`, if there is one.
+    /// Returns the reason why no step can start or end at the coordinates `q`, if there is one.
     fn refuse(&self, q: &[[f64; D]]) -> Option<Self::Refusal> {
         let _ = q;
         None
@@ -158,8 +157,7 @@ pub struct State<C, const D: usize, const Q: usize> {
 }
 
 impl<C: Copy + Default, const D: usize, const Q: usize> State<C, D, Q> {
-    /// The state `(q, v)` at `time`, in the chart of `system`, with the accelerations and rates
-    /// from `system`.
+    /// Creates the state `(q, v)` at `time`, with the chart, accelerations and rates of `system`.
     pub fn new(
         system: &mut impl SecondOrderSystem<f64, D, Q, Chart = C>,
         time: f64,
@@ -211,7 +209,7 @@ impl<C: Copy + Default, const D: usize, const Q: usize> State<C, D, Q> {
     }
 
     /// Becomes the state that the last attempt of `stepper` reached from `start` in `lane`, with
-    /// the step `step` (s). Returns the estimated error, in tolerances.
+    /// the step `step` (s). Returns the embedded error estimate, in tolerances.
     ///
     /// # Errors
     /// If the attempt gave no state, or one that the system refuses.
@@ -241,8 +239,7 @@ pub struct Work {
     /// Accepted steps whose error is above the tolerance, because the integration had spent its
     /// [`Effort`].
     pub unresolved_steps: usize,
-    /// Steps repeated because the error estimate was too large, or the system refused their final
-    /// state.
+    /// Rejected steps: the error estimate was too large, or the system refused the final state.
     pub rejected_steps: usize,
     /// Newton iterations, each one residual and one linear solve.
     pub newton_iterations: usize,
@@ -252,7 +249,7 @@ pub struct Work {
     pub factorisations: usize,
 }
 
-/// The scales against which errors in the solution are measured.
+/// Scales against which errors in the solution are measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerances {
     /// Relative tolerance.
@@ -266,7 +263,7 @@ pub struct Tolerances {
 }
 
 impl Tolerances {
-    /// Those of a motion without controlled integrals.
+    /// Returns the tolerances of a motion without controlled integrals.
     #[must_use]
     pub fn of_motion(relative: f64, coordinate_scale: f64, rate_scale: f64) -> Self {
         Self {
@@ -278,7 +275,7 @@ impl Tolerances {
     }
 }
 
-/// Why a step was not accepted; `R` is why the system refuses a state.
+/// Reason why a step was rejected; `R` is the system's reason to refuse a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RejectionCause<R> {
     /// The error estimate exceeds the tolerance.
@@ -302,7 +299,7 @@ impl<R: fmt::Display> fmt::Display for RejectionCause<R> {
     }
 }
 
-/// Why an integration cannot continue; `R` is why the system refuses a state.
+/// Reason why an integration cannot continue; `R` is the system's reason to refuse a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum IntegrationError<R> {
     /// The step became too small to advance the time.
@@ -311,7 +308,7 @@ pub enum IntegrationError<R> {
         time: f64,
         /// Step in s.
         step: f64,
-        /// The reason why the step was not accepted.
+        /// Reason why the step was rejected.
         cause: RejectionCause<R>,
     },
     /// The state at the start of a step has no finite accelerations.
@@ -323,7 +320,7 @@ pub enum IntegrationError<R> {
     Refused {
         /// Time in s.
         time: f64,
-        /// Why.
+        /// Reason of the system.
         reason: R,
     },
 }

@@ -11,51 +11,51 @@ use crate::equations::{LaneSet, Lanewise, StepWeights};
 /// Stages of the longest method.
 const MAX_STAGES: usize = 8;
 
-/// Newton's method stops when its error is this fraction of the error allowed for a step.
+/// Error at which Newton's method stops, over the error allowed for a step.
 const NEWTON_TOLERANCE: f64 = 0.02;
-/// Where a step may miss the tolerance, it stops at no larger error than this, relative to the
-/// scales of the tolerances.
+/// Largest error at which Newton's method stops where a step may miss the tolerance, relative to
+/// the scales of the tolerances.
 const LOOSEST_NEWTON_TOLERANCE: f64 = 1e-5;
-/// Unless stages are [`StageSolution::Converged`], it stops after the first iteration if the
-/// correction is below this, in tolerances.
+/// Size of a first correction, in tolerances, below which Newton's method stops, unless stages are
+/// [`StageSolution::Converged`].
 ///
 /// Measured on contacts (docs/methods.md): a smaller limit costs work and gains no accuracy,
 /// because the error estimate includes the unsolved part of a stage.
 const TRUSTED_CORRECTION: f64 = 1000.0;
-/// Below this relative tolerance the limit falls with it; otherwise the unsolved part would be the
-/// largest error. With [`StageSolution::Cautious`] it falls above this tolerance, too, with its
-/// square: steps are then so long that a point may stick in one stage and slide in the next, which
+/// Relative tolerance below which the trusted correction falls with the tolerance; otherwise the
+/// unsolved part would be the largest error. With [`StageSolution::Cautious`] it also falls above,
+/// with the square: in such long steps a point may stick in one stage and slide in the next, which
 /// one iteration misses.
 const TRUSTED_TOLERANCE: f64 = 1e-6;
-/// With [`StageSolution::Predicted`], above that limit, and above this share of the corrected
-/// value, the step is abandoned: it is too long for the prediction and would be rejected later.
+/// Share of the corrected value above which a first correction that is not trusted fails a step of
+/// [`StageSolution::Predicted`]: it is too long for the prediction and would be rejected later.
 /// Between the two, at tight tolerances, Newton's method continues.
 const HOPEFUL_CORRECTION: f64 = 0.1;
 const MAX_NEWTON_ITERATIONS: usize = 8;
-/// Above this ratio of successive corrections the matrix is computed again, or the step abandoned.
+/// Ratio of successive corrections above which the matrix is computed again, or the step fails.
 const MAX_CONTRACTION: f64 = 0.5;
-/// The estimate of the contraction falls by no more than this factor at a time, as in CVODE: with a
-/// new matrix one ratio of corrections can be near zero, although the stages that share the matrix
+/// Smallest factor by which the estimated contraction falls at a time, as in CVODE. With a new
+/// matrix one ratio of corrections can be near zero, although the stages that share the matrix
 /// converge much more slowly.
 const SLOWEST_DECLINE: f64 = 0.3;
 
-/// How the equations of a stage are solved by Newton's method (docs/methods.md).
+/// Use of Newton's method for the equations of a stage (docs/methods.md).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum StageSolution {
-    /// From an extrapolation of earlier stages, trusting one iteration. For smooth systems, where
-    /// more iterations gain nothing.
+    /// One iteration from an extrapolation of earlier stages. For smooth systems, where more
+    /// iterations gain nothing.
     Predicted,
-    /// From an extrapolation, too, but one iteration is trusted only if its correction is small;
-    /// otherwise more follow, to a small part of the tolerance. For equations as sharp as those of
-    /// dry friction, in systems with damping.
+    /// One iteration from an extrapolation if its correction is small; otherwise more follow, to a
+    /// small part of the tolerance. For equations as sharp as those of dry friction, in systems
+    /// with damping.
     Cautious,
-    /// From `q̈` of the previous stage, to a small part of the tolerance. For systems that must not
-    /// gain energy.
+    /// Iterations from `q̈` of the previous stage, to a small part of the tolerance. For systems
+    /// that must not gain energy.
     Converged,
 }
 
 impl StageSolution {
-    /// The size of a first correction, in tolerances, up to which it is the only one.
+    /// Returns the size of a first correction, in tolerances, below which no other follows.
     fn trusted_correction(self, relative: f64) -> f64 {
         let tolerance = relative / TRUSTED_TOLERANCE;
         match self {
@@ -66,7 +66,7 @@ impl StageSolution {
     }
 }
 
-/// Why an attempt did not produce a state.
+/// Reason why an attempt produced no state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AttemptError {
     /// Newton's method does not converge.
@@ -75,8 +75,8 @@ pub enum AttemptError {
     NotFinite,
 }
 
-/// The memory and the arithmetic of a step. Each stage is predicted from earlier ones and corrected
-/// by Newton's method with a matrix from the first stage. The result of a lane does not depend on
+/// Memory and arithmetic of a step. Each stage is predicted from earlier ones and corrected by
+/// Newton's method with a matrix from the first stage. The result of a lane does not depend on
 /// other lanes.
 #[derive(Clone, Debug)]
 pub struct Stepper<T, const D: usize, const Q: usize> {
@@ -87,11 +87,11 @@ pub struct Stepper<T, const D: usize, const Q: usize> {
     /// Weights of the step minus those of the embedded method.
     error_weights: Vec<f64>,
     tolerances: LaneTolerances<T>,
-    /// The start of the step.
+    /// Start of the step.
     time: T,
     start_q: Vec<[T; D]>,
     start_integrals: [T; Q],
-    /// By stage, then by block.
+    /// Values by stage, then by block.
     stage_v: Vec<[T; D]>,
     stage_a: Vec<[T; D]>,
     stage_rates: Vec<[T; Q]>,
@@ -100,7 +100,7 @@ pub struct Stepper<T, const D: usize, const Q: usize> {
     v_base: Vec<[T; D]>,
     correction: Vec<[T; D]>,
     integrals: [T; Q],
-    /// Of the last attempt, in tolerances.
+    /// Error estimate of the last attempt, in tolerances.
     error: T,
     newton: Vec<Newton>,
 }
@@ -108,22 +108,22 @@ pub struct Stepper<T, const D: usize, const Q: usize> {
 /// Newton's method in one lane.
 #[derive(Clone, Copy, Debug)]
 struct Newton {
-    /// The correction, in tolerances, below which it ends.
+    /// Estimated error, in tolerances, at which the method ends.
     tolerance: f64,
-    /// Of the last iterations, the estimate for the next stage.
+    /// Contraction of the last iterations, the estimate for the next stage.
     contraction: f64,
     previous_norm: Option<f64>,
-    /// Of the last attempt.
+    /// Work of the last attempt.
     iterations: usize,
     factorisations: usize,
     failed: bool,
 }
 
-/// The verdict of [`Newton::judge`].
+/// Verdict of [`Newton::judge`].
 enum Progress {
     Converged,
     Continues,
-    /// Repeat with a matrix from the present point.
+    /// Continue with a matrix from the present point.
     NeedsMatrix,
     Failed,
 }
@@ -140,8 +140,8 @@ impl Newton {
         }
     }
 
-    /// Takes the size of the correction of an `iteration`, in tolerances; `fresh` if the matrix was
-    /// made in it.
+    /// Judges an `iteration` by the size of its correction, in tolerances; `fresh` if it made the
+    /// matrix.
     fn judge(
         &mut self,
         solution: StageSolution,
@@ -200,7 +200,7 @@ struct LaneTolerances<T> {
 }
 
 impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
-    /// Memory for systems of `blocks` blocks of coordinates.
+    /// Creates a stepper for systems of `blocks` blocks of coordinates.
     pub fn new(tableau: &'static Tableau, solution: StageSolution, blocks: usize) -> Self {
         let none = T::ZERO;
         let one = T::from_f64(1.0);
@@ -279,7 +279,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
     /// Sets the state from which the steps of `lane` start.
     ///
     /// # Panics
-    /// If it has a different number of coordinates.
+    /// If the state has a different number of coordinates.
     pub fn set_start(&mut self, lane: usize, start: &State<impl Clone, D, Q>) {
         self.time.set_lane(lane, start.time);
         scatter(lane, &start.q, &mut self.start_q);
@@ -347,7 +347,8 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
         }
     }
 
-    /// The error of the last attempt in `lane`, in tolerances. Writes the resulting state to `end`.
+    /// Returns the error of the last attempt in `lane`, in tolerances. Writes the resulting state
+    /// to `end`.
     ///
     /// # Errors
     /// If the attempt produced no state.
@@ -377,7 +378,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
         }
     }
 
-    /// Newton's method at a predicted stage.
+    /// Solves a predicted stage by Newton's method.
     fn solve_stage(
         &mut self,
         system: &mut impl SecondOrderSystem<T, D, Q>,
@@ -462,7 +463,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
         }
     }
 
-    /// Iterations and factorisations of the last attempt in `lane`.
+    /// Returns iterations and factorisations of the last attempt in `lane`.
     pub fn work(&self, lane: usize) -> (usize, usize) {
         (
             self.newton[lane].iterations,
@@ -520,7 +521,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
         })
     }
 
-    /// The largest component of the difference to the embedded solution, in tolerances.
+    /// Returns the embedded error estimate: its largest component, in tolerances.
     fn estimate(&self, step: T, variation: bool) -> T {
         let mut weights = zero::<T, MAX_STAGES>();
         for (weight, &difference) in weights.iter_mut().zip(&self.error_weights) {
@@ -541,10 +542,11 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
 /// Points of the polynomial that predicts a stage.
 const PREDICTOR_POINTS: usize = 2;
 
-/// Weights of the earlier stages in the prediction of a stage: those of the Lagrange polynomial
-/// through the nearest ones that are not too close together, or the previous stage alone.
+/// Returns the weights of earlier stages in the prediction of a stage: those of the Lagrange
+/// polynomial through the nearest stages that are not too close together, or the previous stage
+/// alone.
 fn predictor(tableau: &Tableau, solution: StageSolution, stage: usize) -> Vec<f64> {
-    const LEAST_DISTANCE: f64 = 0.05;
+    const MIN_NODE_DISTANCE: f64 = 0.05;
     if stage > 0 && solution == StageSolution::Converged {
         return (0..stage)
             .map(|i| f64::from(u8::from(i + 1 == stage)))
@@ -561,7 +563,7 @@ fn predictor(tableau: &Tableau, solution: StageSolution, stage: usize) -> Vec<f6
     for candidate in earlier {
         let apart = chosen
             .iter()
-            .all(|&other| (node(other) - node(candidate)).abs() >= LEAST_DISTANCE);
+            .all(|&other| (node(other) - node(candidate)).abs() >= MIN_NODE_DISTANCE);
         if chosen.len() < PREDICTOR_POINTS && apart {
             chosen.push(candidate);
         }
@@ -605,7 +607,7 @@ fn keep<T: Lanewise, const D: usize>(values: &mut [[T; D]], lanes: LaneSet) {
     }
 }
 
-/// The point of a stage, as [`Predict`] and [`Correct`] write it.
+/// Point of a stage, as [`Predict`] and [`Correct`] write it.
 struct Placement<'a, T, const D: usize> {
     q: &'a mut [[T; D]],
     v: &'a mut [[T; D]],
@@ -624,8 +626,8 @@ struct Earlier<'a, T, const D: usize> {
 // In the loops below the stages are innermost: the compiler keeps the order of such sums, and
 // vectorises over the lanes.
 
-/// `q̂ = q_0 + Σ Δ A_ij v_j`, `v̂ = v_0 + Σ Δ A_ij a_j`, `a = Σ l_j a_j`; then `v = v̂ + γΔ a`, `q
-/// = q̂ + γΔ v`.
+/// Prediction of a stage: `q̂ = q_0 + Σ Δ A_ij v_j`, `v̂ = v_0 + Σ Δ A_ij a_j`, `a = Σ l_j a_j`;
+/// then `v = v̂ + γΔ a`, `q = q̂ + γΔ v`.
 struct Predict<'a, T, const D: usize> {
     place: Placement<'a, T, D>,
     earlier: Earlier<'a, T, D>,
@@ -664,8 +666,8 @@ impl<T: Lanewise, const D: usize> Loop for Predict<'_, T, D> {
     }
 }
 
-/// Subtracts `correction` from `a`. Returns the correction's largest component in tolerances, NaN
-/// if it is not finite.
+/// Subtraction of `correction` from `a`. Returns the correction's largest component in tolerances,
+/// NaN if it is not finite.
 struct Correct<'a, T, const D: usize> {
     place: Placement<'a, T, D>,
     correction: &'a [[T; D]],
@@ -726,13 +728,13 @@ impl<T: Lanewise, const D: usize> Loop for Correct<'_, T, D> {
     }
 }
 
-/// The largest component of `Σ w_j v_j` and `Σ w_j a_j`, in tolerances; NaN if one is not finite.
+/// Largest component of `Σ w_j v_j` and `Σ w_j a_j`, in tolerances; NaN if one is not finite.
 struct LargestError<'a, T, const D: usize> {
     stage_v: &'a [[T; D]],
     stage_a: &'a [[T; D]],
     n: usize,
     weights: &'a [T],
-    /// At the end of the step.
+    /// Coordinates at the end of the step.
     q: &'a [[T; D]],
     tolerances: LaneTolerances<T>,
     variation: bool,
@@ -795,7 +797,7 @@ impl<T: Lanewise, const D: usize> Loop for LargestError<'_, T, D> {
     }
 }
 
-/// The largest errors of a linear variation, and its largest entries, each as `[coordinate, rate]`.
+/// Largest errors of a linear variation and its largest entries, each as `[coordinate, rate]`.
 struct Largest<T> {
     errors: [T; 2],
     values: [T; 2],
@@ -818,7 +820,7 @@ impl<T: Lanewise> Largest<T> {
         });
     }
 
-    /// The larger of the two errors, each times its weight, in tolerances.
+    /// Returns the larger of the two errors, each times its weight, in tolerances.
     #[inline(always)]
     fn in_tolerances(&self, tolerances: LaneTolerances<T>, weights: [T; 2]) -> T {
         let relative = tolerances.relative.max(T::from_f64(VARIATION_TOLERANCE));
@@ -832,7 +834,7 @@ impl<T: Lanewise> Largest<T> {
     }
 }
 
-/// Zero, or NaN where `sum` is not finite.
+/// Returns zero, or NaN where `sum` is not finite.
 #[inline(always)]
 fn unless_finite<T: Lanewise>(sum: T) -> T {
     sum * T::ZERO

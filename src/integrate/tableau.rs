@@ -10,7 +10,7 @@ pub struct Tableau {
     pub order: u32,
     /// Order of the embedded method.
     pub embedded_order: u32,
-    /// The diagonal coefficient `γ`.
+    /// Diagonal coefficient `γ`.
     pub gamma: f64,
     /// Rows of `A` below the first, without the diagonal.
     pub a: &'static [&'static [f64]],
@@ -19,12 +19,12 @@ pub struct Tableau {
 }
 
 impl Tableau {
-    /// Number of stages, the explicit one included.
+    /// Returns the number of stages, the explicit one included.
     pub fn stages(&self) -> usize {
         self.a.len() + 1
     }
 
-    /// `A_ij`
+    /// Returns `A_ij`.
     pub fn coefficient(&self, i: usize, j: usize) -> f64 {
         match (i, j) {
             (0, _) => 0.0,
@@ -33,27 +33,27 @@ impl Tableau {
         }
     }
 
-    /// Weight `b_j` of the step.
+    /// Returns the weight `b_j` of the step.
     pub fn weight(&self, j: usize) -> f64 {
         self.coefficient(self.stages() - 1, j)
     }
 
-    /// Weight `b̂_j − b_j` of the embedded error estimate.
+    /// Returns the weight `b̂_j − b_j` of the embedded error estimate.
     pub fn error_weight(&self, j: usize) -> f64 {
         self.embedded[j] - self.weight(j)
     }
 
-    /// Node `c_i = Σ_j A_ij`.
+    /// Returns the node `c_i = Σ_j A_ij`.
     pub fn node(&self, i: usize) -> f64 {
         (0..=i).map(|j| self.coefficient(i, j)).sum()
     }
 }
 
-/// TR-BDF2 (Bank et al., IEEE Transactions on Electron Devices 32, 1985) with the embedded weights
-/// of Hosea and Shampine (Applied Numerical Mathematics 20, 1996): order 2, L-stable, stage order 2.
+/// TR-BDF2 (Bank et al., IEEE Transactions on Electron Devices 32, 1985) with embedded weights of
+/// Hosea and Shampine (Applied Numerical Mathematics 20, 1996): order 2, L-stable, stage order 2.
 ///
-/// The embedded method is of order 3. It is not stable by itself, but estimates errors of integrals
-/// over the step.
+/// The embedded method is of order 3. It is not stable by itself, but gives an error estimate of
+/// integrals over the step.
 pub const TR_BDF2: Tableau = {
     const OWN: f64 = 0.5 * (2.0 - SQRT_2);
     const OTHERS: f64 = 0.25 * SQRT_2;
@@ -123,7 +123,7 @@ mod tests {
 
     const METHODS: [(&str, Tableau); 2] = [("TR-BDF2", TR_BDF2), ("ESDIRK5(4)", ESDIRK54)];
 
-    /// The order conditions of trees up to order 5, as (order, left side, right side).
+    /// Returns the order conditions of trees up to order 5, as (order, left side, right side).
     fn order_conditions(tableau: &Tableau, b: &dyn Fn(usize) -> f64) -> Vec<(u32, f64, f64)> {
         let stages = tableau.stages();
         let a = |x: &dyn Fn(usize) -> f64| -> Vec<f64> {

@@ -8,7 +8,7 @@ use crate::model::settings::FilamentSettings;
 /// First root of `cos βL cosh βL = −1`: the first bending mode of a clamped-free beam.
 pub const FIRST_CANTILEVER_ROOT: f64 = 1.8751040687;
 
-/// The chain that models a filament, under the gravitational acceleration `gravity` in m/s².
+/// Builds the chain of a filament under the gravitational acceleration `gravity` in m/s².
 ///
 /// MODEL, "Segment chain", "Energies" and "Filaments that are neither straight nor uniform": `h =
 /// l_f/n`; segment `k` has `m = ρ A h` and `J = m h²/12` by the diameter at its centre; `c_k = E
@@ -49,22 +49,22 @@ pub fn chain(filament: &FilamentSettings, gravity: [f64; 3]) -> Chain<f64> {
     }
 }
 
-/// The diameter in m at the `share` of the free length from the root.
+/// Returns the diameter in m at the `share` of the free length from the root.
 pub fn diameter_at(filament: &FilamentSettings, share: f64) -> f64 {
     filament.diameter_m + (filament.tip_diameter_m() - filament.diameter_m) * share
 }
 
-/// `A = π d²/4` in m², of the diameter `d` in m.
+/// Returns `A = π d²/4` in m², of the diameter `d` in m.
 pub fn cross_section(diameter: f64) -> f64 {
     PI * diameter.powi(2) / 4.0
 }
 
-/// `E I = E π d⁴/64` in N m² where the filament has the diameter `d` in m.
+/// Returns `E I = E π d⁴/64` in N m² where the filament has the diameter `d` in m.
 pub fn bending_stiffness(filament: &FilamentSettings, diameter: f64) -> f64 {
     filament.youngs_modulus_pa * PI * diameter.powi(4) / 64.0
 }
 
-/// The relaxed centreline's distance `y_0(s) = A [sin(2π s/λ + ψ) − sin ψ]` from the clamp
+/// Returns the relaxed centreline's distance `y_0(s) = A [sin(2π s/λ + ψ) − sin ψ]` from the clamp
 /// direction in m, `+` in the direction of rotation, at the arc length `s` in m.
 pub fn relaxed_deflection(filament: &FilamentSettings, arc_length: f64) -> f64 {
     let phase = filament.waviness_phase_rad;
@@ -72,16 +72,16 @@ pub fn relaxed_deflection(filament: &FilamentSettings, arc_length: f64) -> f64 {
     filament.waviness_amplitude_m * wave
 }
 
-/// `sin γ_k = (y_0(k h) − y_0((k−1) h))/h` of each segment. A magnitude of one or more has no
-/// angle.
+/// Returns `sin γ_k = (y_0(k h) − y_0((k−1) h))/h` of each segment. A magnitude of one or more has
+/// no angle.
 pub fn sines_of_inclinations(filament: &FilamentSettings) -> impl Iterator<Item = f64> {
     let length = filament.length_m / filament.segments as f64;
     let deflection = move |nodes: usize| relaxed_deflection(filament, nodes as f64 * length);
     (0..filament.segments).map(move |k| (deflection(k + 1) - deflection(k)) / length)
 }
 
-/// `Ω_1` in rad/s: the first bending frequency of the clamped filament as a beam, `1.8751…² √(E
-/// I/(ρ A l_f⁴))` if it is uniform.
+/// Returns `Ω_1` in rad/s: the first bending frequency of the clamped filament as a beam, `1.8751…²
+/// √(E I/(ρ A l_f⁴))` if it is uniform.
 pub fn first_natural_frequency(filament: &FilamentSettings) -> f64 {
     let diameter = filament.diameter_m;
     let mass_per_length = filament.density_kg_m3 * cross_section(diameter);
@@ -101,11 +101,12 @@ const INTERVALS: usize = 400;
 /// Largest number of iterations; each reduces the error of the frequency by a factor of 20 or more.
 const MAX_ITERATIONS: usize = 60;
 
-/// `Ω_1 √(ρ A l_f⁴/(E I))`, with `A` and `I` at the root, of a clamped beam whose diameter goes
-/// linearly to `taper` times that at the root.
+/// Returns `Ω_1 √(ρ A l_f⁴/(E I))` of a clamped beam whose diameter goes linearly to `taper` times
+/// that at the root. `A` and `I` are those at the root.
 ///
-/// The method of Stodola and Vianello: the deflection under the inertia forces of a mode is closer
-/// to the mode. Its quotient with them is Schwarz's, whose error is the square of that of the mode.
+/// This is the method of Stodola and Vianello: the deflection under the inertia forces of an
+/// estimated mode is closer to the mode. The error of Schwarz's quotient of the two is the square
+/// of the mode's error.
 fn first_root_of_taper(taper: f64) -> f64 {
     let step = 1.0 / INTERVALS as f64;
     let diameters: Vec<f64> = (0..=INTERVALS)
@@ -149,8 +150,8 @@ fn first_root_of_taper(taper: f64) -> f64 {
     square.sqrt()
 }
 
-/// The integral of `values` on a grid of this step, from the first point to each, by cubics through
-/// four points.
+/// Integrates `values` on a grid of this step, from the first point to each, by cubics through four
+/// points.
 fn integral_from_root(values: &[f64], step: f64) -> Vec<f64> {
     let last = values.len() - 1;
     let mut sum = 0.0;
@@ -169,7 +170,7 @@ fn integral_from_root(values: &[f64], step: f64) -> Vec<f64> {
     integral
 }
 
-/// The same from each point to the last.
+/// Integrates `values` from each point to the last, as [`integral_from_root`] does.
 fn integral_to_tip(values: &[f64], step: f64) -> Vec<f64> {
     let reversed: Vec<f64> = values.iter().rev().copied().collect();
     let mut integral = integral_from_root(&reversed, step);

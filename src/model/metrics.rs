@@ -9,7 +9,7 @@ use crate::model::record::{
 };
 use crate::model::settings::Settings;
 
-/// Drawn in figures whose file names start with `file_name`, in the unit `unit`.
+/// Draws the number in figures whose file names start with `file_name`, in the unit `unit`.
 const fn figure(file_name: &'static str, unit: &'static str, factor: f64) -> Display {
     Display {
         prominence: Prominence::Figure,
@@ -20,7 +20,7 @@ const fn figure(file_name: &'static str, unit: &'static str, factor: f64) -> Dis
     }
 }
 
-/// Shown in the tables of a terminal too.
+/// Shows the number in the tables of a terminal too.
 const fn headline(display: Display) -> Display {
     Display {
         prominence: Prominence::Headline,
@@ -28,7 +28,7 @@ const fn headline(display: Display) -> Display {
     }
 }
 
-/// Several filaments are combined by the largest value.
+/// Combines several filaments by the largest value.
 const fn largest(display: Display) -> Display {
     Display {
         combine: Combine::Max,
@@ -36,7 +36,7 @@ const fn largest(display: Display) -> Display {
     }
 }
 
-/// Spans decades within a study.
+/// Shows a number that spans decades within a study.
 const fn over_decades(display: Display) -> Display {
     Display {
         scale: Scale::Logarithmic,
@@ -44,8 +44,8 @@ const fn over_decades(display: Display) -> Display {
     }
 }
 
-/// Left out of tables and figures where it is zero in all cases: without friction, or without an
-/// edge.
+/// Leaves the number out of tables and figures where it is zero in all cases: without friction, or
+/// without an edge.
 const fn optional(display: Display) -> Display {
     Display {
         optional: true,
@@ -53,7 +53,7 @@ const fn optional(display: Display) -> Display {
     }
 }
 
-/// Belongs to the tool.
+/// Assigns the number to the tool.
 const fn of_tool(display: Display) -> Display {
     Display {
         scope: Scope::Tool,
@@ -61,12 +61,12 @@ const fn of_tool(display: Display) -> Display {
     }
 }
 
-/// Only results that have this have it.
+/// Limits the number to results that meet `needs`.
 const fn needs(needs: Needs, display: Display) -> Display {
     Display { needs, ..display }
 }
 
-/// Drawn as curves over the depth too.
+/// Draws curves over the depth too.
 const fn over_both(display: Display) -> Display {
     Display {
         curves: Curves::OverBoth,
@@ -74,7 +74,7 @@ const fn over_both(display: Display) -> Display {
     }
 }
 
-/// A share of a whole: colours have its whole range.
+/// Extends the colours to the whole range of a share.
 const fn share(display: Display) -> Display {
     Display {
         range: Some([0.0, 1.0]),
@@ -82,10 +82,10 @@ const fn share(display: Display) -> Display {
     }
 }
 
-/// Above this contact time ratio a filament sweeps, below it strikes.
+/// Contact time ratio above which a filament sweeps, and below which it strikes.
 pub const SWEEPING_RATIO: f64 = 0.5;
 
-/// The line between sweeping and striking.
+/// Line between sweeping and striking.
 pub const BETWEEN_SWEEPING_AND_STRIKING: Level = Level {
     of: "contact_time_ratio",
     value: SWEEPING_RATIO,
@@ -93,11 +93,11 @@ pub const BETWEEN_SWEEPING_AND_STRIKING: Level = Level {
     in_curves: "",
 };
 
-/// Above this lateral amplification a pass is laterally unstable (MODEL, "Motion that is planar by
+/// Lateral amplification above which a pass is laterally unstable (MODEL, "Motion that is planar by
 /// symmetry").
 pub const UNSTABLE_AMPLIFICATION: f64 = 100.0;
 
-/// The line between laterally stable and unstable passes.
+/// Line between laterally stable and unstable passes.
 const OF_STABILITY: Level = Level {
     of: "lateral_amplification",
     value: UNSTABLE_AMPLIFICATION,
@@ -250,22 +250,22 @@ crate::record! {
     }
 }
 
-/// The undeformed tool and how it passes the workpiece.
+/// Undeformed tool and its passage over the workpiece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NominalContact {
     /// Undeformed radius `R` in m.
     pub tool_radius: f64,
     /// Brushing velocity `v_b = ω R` in m/s.
     pub brushing_velocity: f64,
-    /// Where the undeformed filament passes the workpiece.
+    /// Arc in which the undeformed filament passes the workpiece.
     pub window: ContactArc,
-    /// The nominal contact angle `Ω_c` in rad: by how much the tool turns while the undeformed
-    /// filament touches the workpiece.
+    /// Nominal contact angle `Ω_c` in rad: rotation of the tool while the undeformed filament
+    /// touches the workpiece.
     pub contact_angle: f64,
 }
 
 impl NominalContact {
-    /// That of a tool with the radius `tool_radius` (m) at the brushing velocity
+    /// Creates the contact of a tool with the radius `tool_radius` (m) at the brushing velocity
     /// `brushing_velocity` (m/s).
     pub fn new(tool_radius: f64, brushing_velocity: f64, passage: &Passage) -> Self {
         Self {
@@ -276,24 +276,23 @@ impl NominalContact {
         }
     }
 
-    /// Angular velocity of the tool, `ω = v_b/R`, in rad/s.
+    /// Returns the angular velocity of the tool, `ω = v_b/R`, in rad/s.
     pub fn rate(&self) -> f64 {
         self.brushing_velocity / self.tool_radius
     }
 }
 
-/// The observations of a contact during an integration.
+/// Observations of a contact during an integration.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContactRecord {
-    /// The number of the turn that was observed last, from 1. Everything else is of this turn.
+    /// Number of the turn observed last, from 1. The observations are of this turn.
     pub turn: usize,
-    /// Whether the turns should have become steady, but have not.
+    /// `true` if the turns should have become steady, but have not.
     pub is_unsteady: bool,
-    /// What is missing in the balance of the energies of all turns, relative to the sum of its
-    /// terms.
+    /// Residual of the energy balance of all turns, relative to the sum of its terms.
     pub energy_residual: f64,
-    /// How far the start is from an equilibrium: largest angular acceleration of a segment over
+    /// Deviation of the start from equilibrium: largest angular acceleration of a segment over
     /// `ω²`, seen from the tool.
     pub equilibrium_residual: f64,
     /// Total time with `F_n > 0` in s.
@@ -306,9 +305,9 @@ pub struct ContactRecord {
     pub impulse: f64,
     /// `∫ F dt` of the whole contact force on the filament, in N s.
     pub vector_impulse: [f64; 3],
-    /// Its moment about the tool axis, in N m s.
+    /// Moment of that impulse about the tool axis, in N m s.
     pub angular_impulse: f64,
-    /// The part of `impulse` on edges, in N s.
+    /// Part of `impulse` on edges, in N s.
     pub edge_impulse: f64,
     /// Mean over largest value, among parts of the edges, of `∫ F_n |v_t| dt` per length.
     pub edge_evenness: f64,
@@ -322,8 +321,8 @@ pub struct ContactRecord {
     pub friction_work: f64,
     /// `∫ F_n |v_t| dt` in J.
     pub sliding_work: f64,
-    /// The part of `sliding_work` on edges in J, and its first and second moment about the
-    /// bisectors of the edges in J rad and J rad².
+    /// Part of `sliding_work` on edges in J, and its first and second moment about the bisectors of
+    /// the edges in J rad and J rad².
     pub edge_work: [f64; 3],
     /// Largest `F_n` in N.
     pub peak_force: f64,
@@ -334,7 +333,7 @@ pub struct ContactRecord {
 }
 
 impl ContactRecord {
-    /// Before anything is observed in a turn, by number.
+    /// Creates the empty record of a turn, by number.
     pub fn of_turn(turn: usize) -> Self {
         Self {
             turn,
@@ -342,8 +341,9 @@ impl ContactRecord {
         }
     }
 
-    /// Adds a `time` (s) of contact between `begin` and `end`, in a turn before which `turned` (s)
-    /// went by. The undeformed filament touches between the times in `touches` of the first turn.
+    /// Adds a `time` (s) of contact between `begin` and `end`, in a turn that starts `turned` (s)
+    /// after the first. The undeformed filament touches between the times in `touches` of the first
+    /// turn.
     pub(crate) fn add_time(
         &mut self,
         time: f64,
@@ -359,21 +359,21 @@ impl ContactRecord {
     }
 }
 
-/// What sliding work removes from the workpiece and wears off the filaments, as far as it is known
-/// (MODEL, "Removal and wear").
+/// Coefficients of removal and of wear of the filaments, as far as they are known (MODEL, "Removal
+/// and wear").
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RemovalLaw {
     /// Preston coefficient `k_P` in m²/N.
     pub preston: Option<f64>,
     /// Wear coefficient `k_w` in m²/N.
     pub wear: Option<f64>,
-    /// `b |v_f|` in m²/s: the area over which a brush is fed per time; none if it is not fed over a
+    /// `b |v_f|` in m²/s: area over which a brush is fed per time; `None` if it is not fed over a
     /// plane.
     pub area_rate: Option<f64>,
 }
 
 impl RemovalLaw {
-    /// What `settings` state.
+    /// Returns the coefficients that `settings` state.
     #[must_use]
     pub fn of(settings: &Settings) -> Self {
         let Settings {
@@ -483,11 +483,11 @@ impl Metrics {
     /// Returns `None` if `all` is empty.
     #[must_use]
     pub fn combined(all: &[Self]) -> Option<Self> {
-        // Every one counts alike: the sum is divided once.
+        // All weights are equal: the sum is divided once.
         Self::merged(all, |values| values.iter().sum::<f64>() / all.len() as f64)
     }
 
-    /// The same with weights whose sum is one.
+    /// Combines metrics as [`Metrics::combined`] does, with weights whose sum is one.
     #[must_use]
     pub fn weighted(all: &[(f64, &Self)]) -> Option<Self> {
         Self::merged(all.iter().map(|(_, metrics)| *metrics), |values| {
@@ -540,8 +540,8 @@ impl Metrics {
     }
 }
 
-/// Mean and standard deviation in rad of the angle of work with these moments of the orders 0, 1
-/// and 2 (J, J rad, J rad²); zero without work.
+/// Returns mean and standard deviation in rad of the angle of work with these moments of the orders
+/// 0, 1 and 2 (J, J rad, J rad²); zero without work.
 fn angle_of_work([work, first, second]: [f64; 3]) -> [f64; 2] {
     if work <= 0.0 {
         return [0.0; 2];
@@ -550,17 +550,17 @@ fn angle_of_work([work, first, second]: [f64; 3]) -> [f64; 2] {
     [mean, (second / work - mean * mean).max(0.0).sqrt()]
 }
 
-/// Tool contact normal force `F_n,w = p_n N_f ω/(2π)` in N (paper, Eq. 5): every filament passes
-/// once per turn.
+/// Computes the tool contact normal force `F_n,w = p_n N_f ω/(2π)` in N (paper, Eq. 5): every
+/// filament passes once per turn.
 ///
-/// `impulse` in N s, `rate` in rad/s. Of an angular impulse in N m s it is the tool's torque in N
-/// m.
+/// `impulse` in N s, `rate` in rad/s. For an angular impulse in N m s the result is the tool's
+/// torque in N m.
 pub fn tool_force(impulse: f64, filament_count: f64, rate: f64) -> f64 {
     impulse * filament_count * rate / (2.0 * PI)
 }
 
-/// Tip deflection `s_n` in m: the shortest distance from `tip` to the undeformed filament, a
-/// straight line of length `length` from `root` along the unit vector `direction`.
+/// Computes the tip deflection `s_n` in m: the shortest distance from `tip` to the undeformed
+/// filament, a straight line of length `length` from `root` along the unit vector `direction`.
 pub fn tip_deflection(tip: [f64; 3], root: [f64; 3], direction: [f64; 3], length: f64) -> f64 {
     let nearest = add(
         root,
@@ -570,8 +570,8 @@ pub fn tip_deflection(tip: [f64; 3], root: [f64; 3], direction: [f64; 3], length
     dot(distance, distance).sqrt()
 }
 
-/// Distance in m from the root to the point of the undeformed filament that is nearest to `tip`;
-/// see [`tip_deflection`].
+/// Returns the distance in m from the root to the point of the undeformed filament that is nearest
+/// to `tip`; see [`tip_deflection`].
 pub fn nearest_on_filament(tip: [f64; 3], root: [f64; 3], direction: [f64; 3], length: f64) -> f64 {
     dot(sub(tip, root), direction).clamp(0.0, length)
 }

@@ -1,7 +1,7 @@
 //! The scalar settings in one table: path, unit and range.
 //!
 //! The checks of an input file, the sweeps of a study and the JSON schema all read this table, so
-//! they cannot disagree. Conditions on vectors and between several settings follow below it.
+//! they cannot disagree. Conditions on vectors and between settings are in [`Settings::check`].
 
 use std::error::Error;
 use std::f64::consts::PI;
@@ -14,23 +14,23 @@ use crate::model::settings::{
     WorkpieceKind,
 };
 
-/// The largest number of segments of a filament.
+/// Largest number of segments of a filament.
 pub const MAX_SEGMENTS: usize = 400;
 
-/// The largest number of filaments along a trim.
+/// Largest number of filaments along a trim.
 pub const MAX_POSITIONS: usize = 65;
 
-/// The largest number of columns of a sector.
+/// Largest number of columns of a sector.
 pub const MAX_COLUMNS: usize = 100_000;
-/// The largest number of rows of a brush.
+/// Largest number of rows of a brush.
 pub const MAX_ROWS: usize = 10_000;
 
 /// Smallest number of sampled tools of a case: a few per coefficient of the sensitivity indices.
 pub const MIN_SAMPLES: usize = 64;
-/// Largest number of sampled tools of a case, the length of the sequence that they come from.
+/// Largest number of sampled tools of a case: the length of the sequence of samples.
 pub const MAX_SAMPLES: usize = 1 << 16;
 
-/// A scalar setting of an input file, which a study can sweep.
+/// Scalar setting of an input file, which a study can sweep.
 #[derive(Debug)]
 pub struct Parameter {
     /// Dotted path in the input file: section and key.
@@ -39,27 +39,27 @@ pub struct Parameter {
     pub unit: &'static str,
     /// MODEL's symbol, with an underscore before a subscript; empty where MODEL has none.
     pub symbol: &'static str,
-    /// In words.
+    /// Name in words.
     pub name: &'static str,
-    /// The allowed values.
+    /// Allowed values.
     pub range: Range,
-    /// What may stand in the place of a number; empty if nothing.
+    /// Word that may replace a number; empty if none.
     pub word: &'static str,
-    /// True if the setting has no default.
+    /// `true` if the setting has no default.
     pub required: bool,
-    /// Path of the setting that this one states in another way, from other settings of the tool;
-    /// empty if it is one itself. A file gives one of the two, and the other follows.
+    /// Path of the setting to which this one converts, with other settings of the tool; empty if
+    /// none. A file gives one of the two, and the other follows.
     pub instead_of: &'static str,
-    /// Other names under which people look for it.
+    /// Other names under which people look for the setting.
     pub also: &'static [&'static str],
-    /// The default in words, where it is not a number of its own; otherwise empty.
+    /// Default in words, where it is no fixed number; otherwise empty.
     pub default: &'static str,
-    /// Where the default comes from; empty if nothing needs to be said.
+    /// Source of the default; empty if nothing needs to be said.
     pub source: &'static str,
-    /// Whether the default is a property of some brush, filament or pair of materials that decides
-    /// the force.
+    /// `true` if the default is a property of some brush, filament or pair of materials that
+    /// decides the force.
     pub decides_force: bool,
-    /// What brushes usually have, if values outside are likely a slip.
+    /// Values of usual brushes, if values outside are likely a slip.
     pub usual: Option<Usual>,
     read: fn(&Settings) -> Option<f64>,
     absent: fn() -> f64,
@@ -73,8 +73,8 @@ impl Parameter {
         PARAMETERS.iter().find(|parameter| parameter.path == path)
     }
 
-    /// The settings of which a file gives exactly one, or at most one: this one, and those that
-    /// state the same in another way.
+    /// Returns the settings of which a file gives exactly one, or at most one: this one and its
+    /// alternatives.
     pub fn group(&self) -> impl Iterator<Item = &'static Self> {
         let path = if self.instead_of.is_empty() {
             self.path
@@ -86,25 +86,25 @@ impl Parameter {
             .filter(move |parameter| parameter.path == path || parameter.instead_of == path)
     }
 
-    /// The section of the input file that contains the setting.
+    /// Returns the section of the input file that contains the setting.
     #[must_use]
     pub fn section(&self) -> &'static str {
         self.path.split_once('.').map_or("", |(section, _)| section)
     }
 
-    /// The setting's key within its section.
+    /// Returns the setting's key within its section.
     #[must_use]
     pub fn key(&self) -> &'static str {
         self.path.split_once('.').map_or(self.path, |(_, key)| key)
     }
 
-    /// Reads the setting; `None` if a workpiece of the kind that the settings state has none.
+    /// Reads the setting; `None` if workpieces of the stated kind do not have it.
     #[must_use]
     pub fn read(&self, settings: &Settings) -> Option<f64> {
         (self.read)(settings)
     }
 
-    /// [`Parameter::read`], the default instead of `None`.
+    /// Reads the setting, with the default instead of `None`.
     #[must_use]
     pub fn get(&self, settings: &Settings) -> f64 {
         self.read(settings).unwrap_or_else(self.absent)
@@ -116,18 +116,18 @@ impl Parameter {
         (self.set)(settings, value);
     }
 
-    /// The value as text: the fewest digits that read back the same, without a fraction if the
+    /// Formats a value with the fewest digits that read back the same, without a fraction if the
     /// setting is a count.
     #[must_use]
     pub fn format(&self, value: f64) -> String {
         match value {
             _ if self.range.whole && value.fract() == 0.0 => format!("{value}"),
-            _ if value.abs() >= LARGE => format!("{value:e}"),
+            _ if value.abs() >= MIN_SCIENTIFIC => format!("{value:e}"),
             _ => format!("{value:?}"),
         }
     }
 
-    /// The allowed values, in words and with their unit.
+    /// Returns the allowed values, in words and with their unit.
     #[must_use]
     pub fn allowed(&self) -> String {
         let numbers = self.numbers();
@@ -138,7 +138,7 @@ impl Parameter {
         }
     }
 
-    /// Its unit after a comma, as in ", in m"; nothing if it has none.
+    /// Returns the unit after a comma, as in ", in m"; nothing if there is none.
     #[must_use]
     pub fn in_unit(&self) -> String {
         if self.unit.is_empty() {
@@ -148,15 +148,15 @@ impl Parameter {
         }
     }
 
-    /// The allowed numbers, in words and with their unit.
+    /// Returns the allowed numbers, in words and with their unit.
     fn numbers(&self) -> String {
         format!("{}{}", self.range, self.in_unit())
     }
 
-    /// Checks that the settings have it, unless the value is the default.
+    /// Checks that the settings have this setting, unless the value is the default.
     ///
     /// # Errors
-    /// If a workpiece of the kind that they state has none.
+    /// If workpieces of the stated kind do not have it.
     pub fn check_presence(&self, settings: &Settings, value: f64) -> Result<(), Violation> {
         let absent = || {
             let allowed = left_out(settings.workpiece.kind.name());
@@ -241,27 +241,27 @@ impl Parameter {
     }
 }
 
-/// What a setting must be that workpieces of a kind do not have.
+/// Returns the allowed state of a setting that workpieces of a kind do not have.
 #[must_use]
 pub fn left_out(kind: &str) -> String {
     format!("left out: a workpiece of kind `{kind}` has none")
 }
 
-/// The values that a setting usually has.
+/// Usual values of a setting.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Usual {
-    /// The least of them.
+    /// Smallest usual value.
     pub least: f64,
-    /// The largest of them.
+    /// Largest usual value.
     pub largest: f64,
-    /// The slip that most likely leads to another value, such as "millimetres typed as metres".
+    /// Slip that most likely leads to another value, such as "millimetres typed as metres".
     pub slip: &'static str,
 }
 
-/// The finite numbers between two bounds, or only the whole numbers among them.
+/// Finite numbers between two bounds, or only the whole numbers among them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
-    /// True if the range contains only whole numbers.
+    /// `true` if the range contains only whole numbers.
     pub whole: bool,
     /// Lower bound.
     pub lower: Bound<f64>,
@@ -297,8 +297,8 @@ impl Range {
         }
     }
 
-    /// The value of the range that is nearest to a number; the number itself next to a bound that
-    /// is none of them.
+    /// Returns the value of the range that is nearest to a number; the number itself next to an
+    /// excluded bound.
     #[must_use]
     pub fn nearest(&self, value: f64) -> f64 {
         let least = if let Bound::Included(lower) = self.lower {
@@ -314,7 +314,7 @@ impl Range {
         value.clamp(least, largest)
     }
 
-    /// True if the value is finite, within the bounds, and whole if it must be.
+    /// Returns `true` if the value is finite, within the bounds, and whole if it must be.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {
         value.is_finite()
@@ -351,34 +351,35 @@ fn bound_in_words(bound: Bound<f64>, included: &str, excluded: &str) -> Option<S
     }
 }
 
-/// From here on, numbers are shown as powers of ten.
-const LARGE: f64 = 1e7;
+/// Smallest number that is shown as a power of ten.
+const MIN_SCIENTIFIC: f64 = 1e7;
 
-/// A number without a trailing `.0`, or π; a large one as a power of ten if that is much shorter.
+/// Formats a number without a trailing `.0`, or as π; a large one as a power of ten if that is much
+/// shorter.
 fn plain(number: f64) -> String {
     if number.abs() == PI {
         return if number < 0.0 { "-π" } else { "π" }.to_owned();
     }
     let (text, scientific) = (format!("{number:?}"), format!("{number:e}"));
-    if number.abs() >= LARGE && scientific.len() + 4 < text.len() {
+    if number.abs() >= MIN_SCIENTIFIC && scientific.len() + 4 < text.len() {
         return scientific;
     }
     text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
 }
 
-/// A setting outside its range.
+/// Setting outside its range.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Violation {
     /// Dotted path of the setting.
     pub path: &'static str,
-    /// The value found.
+    /// Value found.
     pub value: String,
-    /// The allowed values, in words.
+    /// Allowed values, in words.
     pub allowed: String,
 }
 
 impl Violation {
-    /// The setting at `path`, which has this `value`.
+    /// Creates the violation of the setting at `path`, which has this `value`.
     pub(crate) fn of(
         path: &'static str,
         value: impl fmt::Debug,
@@ -405,7 +406,7 @@ impl Display for Violation {
 
 impl Error for Violation {}
 
-/// Makes a table entry whose path always matches the field that it names.
+/// Makes a table entry whose path always matches its field.
 macro_rules! entry {
     ($section:ident . $key:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal, $get:expr, $set:expr) => {
         Parameter {
@@ -442,7 +443,7 @@ macro_rules! parameter {
             |settings, value| settings.$section.$key = Scalar::from_f64(value)
         )
     };
-    // A setting whose default is that of a method of the same name.
+    // A setting whose default comes from a method of the same name.
     ($section:ident . $key:ident(), $unit:literal, $range:expr, $symbol:literal, $name:literal) => {
         entry!(
             $section.$key,
@@ -454,7 +455,7 @@ macro_rules! parameter {
             |settings, value| settings.$section.$key = Some(Scalar::from_f64(value))
         )
     };
-    // Another way to state a setting, by a method of the settings of the same name and one that
+    // Another way to state a setting: read by a method of the same name, written by a method that
     // changes that setting.
     ($section:ident . $key:ident => $change:ident, $unit:literal, $range:expr, $symbol:literal, $name:literal) => {
         entry!(
@@ -469,9 +470,9 @@ macro_rules! parameter {
     };
 }
 
-/// An entry of `[brush]`, a section that a file may leave out: settings without it have its
-/// default. Changing one adds the section. A count that the brush chooses itself if it is not
-/// stated (`auto`) is one, the least.
+/// Makes an entry of `[brush]`, a section that a file may leave out: settings without it have its
+/// default. Changing one adds the section. A count that the brush chooses if it is not stated
+/// (`auto`) reads as one, its least value.
 macro_rules! brush_parameter {
     (auto $key:ident, $range:expr, $symbol:literal, $name:literal) => {
         entry!(
@@ -501,8 +502,8 @@ macro_rules! brush_parameter {
     };
 }
 
-/// An entry of `[workpiece]` that only some kinds of workpiece have, and its default, from the
-/// settings of one of them.
+/// Makes an entry of `[workpiece]` that only some kinds of workpiece have. Its default comes from
+/// the settings of one of them.
 macro_rules! workpiece_parameter {
     ($settings:ident . $key:ident of $($kind:ident)|+, $unit:literal, $range:expr, $name:literal) => {
         entry!(
@@ -524,8 +525,8 @@ macro_rules! workpiece_parameter {
     };
 }
 
-/// An entry of `[removal]` without a default. Where it is not stated, its value has no meaning, and
-/// is a `typical` one.
+/// Makes an entry of `[removal]` without a default. Where it is not stated, it reads as a `typical`
+/// value without meaning.
 macro_rules! removal_parameter {
     ($key:ident, $unit:literal, $typical:literal, $symbol:literal, $name:literal) => {
         entry!(
@@ -540,7 +541,7 @@ macro_rules! removal_parameter {
     };
 }
 
-/// All scalar settings, in the order of [`Settings`].
+/// Scalar settings, in the order of [`Settings`].
 pub static PARAMETERS: &[Parameter] = &[
     parameter!(tool.body_radius_m, "m", Range::between(1e-6, 1e3), "r_g", "radius of the brush body")
         .required()

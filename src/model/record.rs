@@ -4,12 +4,12 @@
 //! meaning and display. Everything that lists the numbers of a record (files, tables, figures,
 //! pages, documents) reads [`Record::COLUMNS`].
 
-/// A structure of numbers, each of which is a column.
+/// Structure of numbers, each a column.
 pub trait Record: Default + 'static {
-    /// One entry per number, in the order of the columns in files.
+    /// Entry per number, in the order of the columns in files.
     const COLUMNS: &'static [Column<Self>];
 
-    /// True if every number is finite.
+    /// Returns `true` if every number is finite.
     fn is_finite(&self) -> bool {
         Self::COLUMNS
             .iter()
@@ -20,19 +20,19 @@ pub trait Record: Default + 'static {
 /// One number of a record.
 #[derive(Debug)]
 pub struct Column<R> {
-    /// Name of its field, which is also its key in files. The unit is part of it.
+    /// Name of the field and key in files, with the unit.
     pub key: &'static str,
     /// MODEL's symbol, with an underscore before a subscript; empty if there is none.
     pub symbol: &'static str,
     /// SI unit; empty for a dimensionless number.
     pub unit: &'static str,
-    /// Its name in words.
+    /// Name in words.
     pub name: &'static str,
-    /// Its meaning; empty if the name says it all.
+    /// Meaning; empty if the name says it all.
     pub meaning: &'static str,
-    /// True for a count, which is a whole number.
+    /// `true` for a count, which is a whole number.
     pub whole: bool,
-    /// How it is shown to people.
+    /// Presentation to people.
     pub display: Display,
     get: fn(&R) -> f64,
     set: fn(&mut R, f64),
@@ -49,7 +49,7 @@ impl<R> Column<R> {
         (self.set)(record, value);
     }
 
-    /// Only for use by `record!`, and for structures whose numbers are not all fields of their own.
+    /// Creates a column, only for `record!` and for structures whose numbers are not all fields.
     #[doc(hidden)]
     pub const fn new(
         [key, symbol, unit, name, meaning]: [&'static str; 5],
@@ -72,10 +72,10 @@ impl<R> Column<R> {
     }
 }
 
-/// How a number is shown to people.
+/// Presentation of a number to people.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Display {
-    /// Where it is shown.
+    /// Places where the number is shown.
     pub prominence: Prominence,
     /// Start of the file names of its figures.
     pub file_name: &'static str,
@@ -83,27 +83,27 @@ pub struct Display {
     pub unit: &'static str,
     /// Conversion factor from SI to that unit.
     pub factor: f64,
-    /// The scale of its axes and colours.
+    /// Scale of axes and colours.
     pub scale: Scale,
-    /// What it belongs to.
+    /// Object that the number describes.
     pub scope: Scope,
-    /// How the values of several filaments, or of several passes of one, are combined.
+    /// Combination of the values of several filaments, or of several passes of one.
     pub combine: Combine,
-    /// True if tables and figures leave it out where it is zero in all cases, because nothing there
-    /// can change it.
+    /// `true` if tables and figures leave the number out where it is zero in all cases, because
+    /// nothing there can change it.
     pub optional: bool,
-    /// What results must have for it to be among them.
+    /// Requirement on results that have the number.
     pub needs: Needs,
-    /// Range of the colours of maps, in the unit for figures; by default that of the values.
+    /// Range of the colours of maps, in the unit for figures; by default the range of the values.
     pub range: Option<[f64; 2]>,
-    /// The line that maps show.
+    /// Line that maps show.
     pub level: Option<Level>,
-    /// The curves that go with a map.
+    /// Curves that go with a map.
     pub curves: Curves,
 }
 
 impl Display {
-    /// Shown in files and on pages. Several filaments are combined by their mean.
+    /// Display in files and on pages, with the mean of several filaments.
     pub const DETAIL: Self = Self {
         prominence: Prominence::Detail,
         file_name: "",
@@ -120,18 +120,18 @@ impl Display {
     };
 }
 
-/// Where a number is shown. Each variant includes the places of those after it.
+/// Places where a number is shown. Each variant includes the places of later variants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Prominence {
-    /// In the tables of a terminal, and first on a page.
+    /// Tables of a terminal, and first on a page.
     Headline,
-    /// In figures.
+    /// Figures.
     Figure,
-    /// In files and on pages.
+    /// Files and pages.
     Detail,
 }
 
-/// The scale on which axes and colours show a number.
+/// Scale on which axes and colours show a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// Equal differences are at equal distances.
@@ -143,10 +143,10 @@ pub enum Scale {
     Fitting,
 }
 
-/// What results must have for a number to be among them.
+/// Requirement on results that have a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Needs {
-    /// Every result has it.
+    /// None: every result has the number.
     Nothing,
     /// A filament that is simulated alone.
     OneFilament,
@@ -162,31 +162,31 @@ pub enum Needs {
     RemovalAndWear,
 }
 
-/// A level of a number, which maps show as a line.
+/// Level of a number, which maps show as a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Level {
-    /// Key of the number: of that which the map shows, or of another metric.
+    /// Key of the number: that of the map, or another metric.
     pub of: &'static str,
-    /// The level, in the unit for figures.
+    /// Level, in the unit for figures.
     pub value: f64,
-    /// What the line means.
+    /// Meaning of the line.
     pub meaning: &'static str,
     /// Name of the line among curves; empty if they do not show it.
     pub in_curves: &'static str,
 }
 
-/// The curves that go with a map over velocity and depth.
+/// Curves that go with a map over velocity and depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Curves {
-    /// None: the map says it all.
+    /// None: the map suffices.
     None,
-    /// Over the velocity, one for each depth.
+    /// Curves over the velocity, one for each depth.
     OverVelocity,
-    /// Over the depth too, one for each velocity.
+    /// Curves over the depth too, one for each velocity.
     OverBoth,
 }
 
-/// What a number belongs to.
+/// Object that a number describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scope {
     /// One filament.
@@ -195,24 +195,24 @@ pub enum Scope {
     Tool,
 }
 
-/// How the values of several filaments are combined.
+/// Combination of the values of several filaments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Combine {
     /// Their mean.
     Mean,
-    /// The largest.
+    /// Largest value.
     Max,
 }
 
-/// The types of numbers in records and settings.
+/// Type of a number in records and settings.
 pub trait Scalar {
-    /// True if the type has only whole numbers.
+    /// `true` if the type has only whole numbers.
     const WHOLE: bool;
 
-    /// The number as `f64`; exact up to 2⁵³.
+    /// Returns the number as `f64`, exact up to 2⁵³.
     fn into_f64(self) -> f64;
 
-    /// The number rounded towards zero to a value of the type.
+    /// Rounds the number towards zero to a value of the type.
     fn from_f64(value: f64) -> Self;
 }
 
@@ -252,7 +252,7 @@ impl Scalar for u32 {
     }
 }
 
-/// True is one, false zero.
+/// `true` is one, `false` zero.
 impl Scalar for bool {
     const WHOLE: bool = true;
 

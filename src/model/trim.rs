@@ -1,4 +1,4 @@
-//! The trim of a tool: where its filaments are along it.
+//! The trim of a tool, and the places of filaments along it.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -9,16 +9,16 @@ use crate::model::settings::{Settings, unit_normal};
 /// One revolution per minute in rad/s.
 const RPM_RAD_S: f64 = TAU / 60.0;
 
-/// A filament of the trim that stands for others.
+/// Filament of the trim that stands for others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// Its place `s` along the trim in m; zero in the middle.
+    /// Place `s` along the trim in m; zero in the middle.
     pub s: f64,
-    /// The share of the tool's filaments that it stands for.
+    /// Share of the tool's filaments for which it stands.
     pub weight: f64,
 }
 
-/// The undeformed trim in the tool's frame.
+/// Undeformed trim in the tool's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trim {
     /// Radius `r_g` of the roots in the middle of the trim, in m.
@@ -32,7 +32,7 @@ pub struct Trim {
 }
 
 impl Trim {
-    /// That of the tool that `settings` state.
+    /// Returns the trim of the tool that `settings` state.
     pub fn of(settings: &Settings) -> Self {
         Self {
             body_radius: settings.tool.body_radius_m,
@@ -42,19 +42,19 @@ impl Trim {
         }
     }
 
-    /// Whether all filaments are radial.
+    /// Returns `true` if all filaments are radial.
     pub fn is_radial(&self) -> bool {
         self.elevation == 0.0
     }
 
-    /// Distance from the axis and `z` in m of the root at `s` (m).
+    /// Returns distance from the axis and `z` in m of the root at `s` (m).
     pub fn root(&self, s: f64) -> [f64; 2] {
         let (cos_angle, sin_angle) = sin_cos(self.elevation);
         [self.body_radius - s * cos_angle, s * sin_angle]
     }
 
-    /// Distance from the axis, `R(s)`, and `z` in m of the tip of the undeformed filament at `s`
-    /// (m).
+    /// Returns distance from the axis, `R(s)`, and `z` in m of the tip of the undeformed filament
+    /// at `s` (m).
     pub fn tip(&self, s: f64) -> [f64; 2] {
         let (cos_angle, sin_angle) = sin_cos(self.elevation);
         let [radius, height] = self.root(s);
@@ -64,63 +64,64 @@ impl Trim {
         ]
     }
 
-    /// The ends of the trim.
+    /// Returns the ends of the trim, as `s` in m.
     pub fn ends(&self) -> [f64; 2] {
         [-self.width / 2.0, self.width / 2.0]
     }
 }
 
 impl Settings {
-    /// The undeformed radius of the tool in the middle of its trim, `R(0) = r_g + l_f sin γ`, in m.
+    /// Returns the undeformed radius of the tool in the middle of its trim, `R(0) = r_g + l_f sin
+    /// γ`, in m.
     #[must_use]
     pub fn tool_radius_m(&self) -> f64 {
         let [radius, _] = Trim::of(self).tip(0.0);
         radius
     }
 
-    /// How deep the undeformed tips come, from the tool's centre along the inward normal of the
-    /// workpiece, in m: `R` of a round tool on a plane.
+    /// Returns the reach of the undeformed tips, from the tool's centre along the inward normal of
+    /// the workpiece, in m: `R` of a round tool on a plane.
     #[must_use]
     pub fn reach_m(&self) -> f64 {
         let [tips, _] = reaches(self);
         tips
     }
 
-    /// The angular velocity of the tool, `ω = v_b/R`, in rad/s.
+    /// Returns the angular velocity of the tool, `ω = v_b/R`, in rad/s.
     #[must_use]
     pub fn angular_velocity_rad_s(&self) -> f64 {
         self.process.brushing_velocity_m_s / self.tool_radius_m()
     }
 
-    /// By how much the undeformed tips are nearer to the workpiece than the roots, in m: the
-    /// largest possible penetration depth.
+    /// Returns the distance by which the undeformed tips are nearer to the workpiece than the
+    /// roots, in m: the largest possible penetration depth.
     #[must_use]
     pub fn clearance_m(&self) -> f64 {
         let [tips, roots] = reaches(self);
         tips - roots
     }
 
-    /// The rotational speed of the tool in revolutions per minute: `n_w = 60 ω/(2π)`.
+    /// Returns the rotational speed of the tool in revolutions per minute: `n_w = 60 ω/(2π)`.
     #[must_use]
     pub fn rotational_speed_rpm(&self) -> f64 {
         self.angular_velocity_rad_s() / RPM_RAD_S
     }
 
-    /// Changes the brushing velocity to that of the tips at this rotational speed in revolutions
-    /// per minute.
+    /// Sets the brushing velocity to that of the tips at this rotational speed in revolutions per
+    /// minute.
     pub fn set_rotational_speed_rpm(&mut self, speed_rpm: f64) {
         self.process.brushing_velocity_m_s = speed_rpm * RPM_RAD_S * self.tool_radius_m();
     }
 }
 
-/// How far, in m, a point at the distance `radius` from the axis and at `height` comes along the
-/// inward normal of a surface as it turns, if the outward one is `normal` in the tool's frame.
+/// Returns the reach, in m along the inward normal of a surface, of a turning point at `radius`
+/// from the axis and at `height`. The outward normal is given in the tool's frame.
 pub(crate) fn reach_of([radius, height]: [f64; 2], [x, y, z]: [f64; 3]) -> f64 {
     radius * x.hypot(y) - height * z
 }
 
-/// The filaments that stand for all: one, unless those along the trim differ (MODEL, "Rotary tools
-/// of any kind and pose"). Then they are at the points of Gauss and Legendre, with weights in
+/// Returns the filaments that stand for all: one, unless filaments along the trim differ (MODEL,
+/// "Rotary tools of any kind and pose"). Then they are at Gauss–Legendre points, with weights in
 /// proportion to their root radius.
 pub fn places(settings: &Settings) -> Vec<Place> {
     if settings.tool.positions == Some(1) || !differ(settings) {
@@ -154,24 +155,24 @@ pub fn places(settings: &Settings) -> Vec<Place> {
     places
 }
 
-/// The number of filaments along a trim of which a part lifts off: where it begins, the force rises
-/// within some ten micrometres of depth. With so many the force of the paper's brush at a tilt of
-/// 0.1 rad and 1 mm is accurate to a per cent; 5 are off by up to 17 %.
+/// Number of filaments along a trim of which a part lifts off. Where contact begins, the force
+/// rises within some ten micrometres of depth. With 33 filaments the force of the paper's brush at
+/// a tilt of 0.1 rad and 1 mm is accurate to a per cent; with 5 it is off by up to 17 %.
 const POSITIONS_OF_LIFTED_TRIM: usize = 33;
 
-/// Whether an end of the trim comes free of the workpiece, or nearly so.
+/// Returns `true` if an end of the trim comes free of the workpiece, or nearly so.
 fn lifts_off(settings: &Settings, trim: &Trim) -> bool {
-    /// As a part of the depth.
-    const NEARLY: f64 = 0.1;
+    /// Depth of an end that is nearly free, over the depth of the deepest tip.
+    const NEARLY_FREE_SHARE: f64 = 0.1;
     let normal = Pose::of(&settings.tool).to_tool(unit_normal(&settings.workpiece));
     let [reach, _] = reaches(settings);
     let depth = settings.process.penetration_depth_m;
     trim.ends()
         .into_iter()
-        .any(|s| reach - reach_of(trim.tip(s), normal) >= (1.0 - NEARLY) * depth)
+        .any(|s| reach - reach_of(trim.tip(s), normal) >= (1.0 - NEARLY_FREE_SHARE) * depth)
 }
 
-/// Whether the filaments along the trim differ: because the tool is tilted or conical, or skewed
+/// Returns `true` if the filaments along the trim differ: the tool is tilted or conical, or skewed
 /// over a workpiece that is no plane.
 pub(crate) fn differ(settings: &Settings) -> bool {
     let tool = &settings.tool;
@@ -179,8 +180,7 @@ pub(crate) fn differ(settings: &Settings) -> bool {
     tool.tilt_rad() != 0.0 || !Trim::of(settings).is_radial() || skewed
 }
 
-/// The place in m of the filament of the trim that comes deepest, of those that [`reaches`] looks
-/// at.
+/// Returns the place in m of the deepest filament of the trim, among those of [`reaches`].
 pub(crate) fn deepest(settings: &Settings) -> f64 {
     let normal = Pose::of(&settings.tool).to_tool(unit_normal(&settings.workpiece));
     let trim = Trim::of(settings);
@@ -191,8 +191,8 @@ pub(crate) fn deepest(settings: &Settings) -> f64 {
         .unwrap_or(0.0)
 }
 
-/// The places among which the deepest is: the ends of the trim or, if one filament stands for all,
-/// its middle.
+/// Returns the places among which the deepest is: the ends of the trim or, if one filament stands
+/// for all, its middle.
 fn considered(settings: &Settings, trim: &Trim) -> Vec<f64> {
     let whole = differ(settings) && settings.tool.positions != Some(1);
     if whole {
@@ -202,9 +202,9 @@ fn considered(settings: &Settings, trim: &Trim) -> Vec<f64> {
     }
 }
 
-/// How deep, in m along the inward normal from the tool's centre, the tips of the undeformed
-/// turning tool come, and its roots: the deepest of the whole trim or, if one filament stands for
-/// all, that filament's.
+/// Returns the reach of tips and roots of the undeformed turning tool, in m from its centre along
+/// the inward normal: the largest of the whole trim or, if one filament stands for all, that
+/// filament's.
 pub(crate) fn reaches(settings: &Settings) -> [f64; 2] {
     let normal = Pose::of(&settings.tool).to_tool(unit_normal(&settings.workpiece));
     let trim = Trim::of(settings);
@@ -218,13 +218,13 @@ pub(crate) fn reaches(settings: &Settings) -> [f64; 2] {
     [deepest(Trim::tip), deepest(Trim::root)]
 }
 
-/// Point `i` of the `count` points of Gauss and Legendre in `[−1, 1]`, and its weight; they are in
-/// ascending order.
+/// Returns point `i` of the `count` Gauss–Legendre points in `[−1, 1]`, in ascending order, and its
+/// weight.
 fn gauss_legendre(count: usize, i: usize) -> [f64; 2] {
     let n = count as f64;
     let mut x = -(PI * (i as f64 + 0.75) / (n + 0.5)).cos();
     let mut slope = 1.0;
-    // Newton's method from here doubles the digits each time.
+    // Newton's method doubles the digits at each iteration.
     for _ in 0..8 {
         let (mut before, mut here) = (1.0, x);
         for k in 1..count {

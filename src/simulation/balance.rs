@@ -1,5 +1,4 @@
-//! The balance of the energies of a pass: what its dynamics do, against what its states and the
-//! geometry of its contacts say.
+//! The energy balance of a pass: its dynamics against its states and the geometry of its contacts.
 //!
 //! In the frame of the body, which turns at the constant rate `ω` about `z`, the energy of a
 //! filament is `H = E_kin + E_spring + E_grav − ω L` with its angular momentum `L` about the axis.
@@ -8,15 +7,15 @@
 //! `ΔH + E_contact + ∫ 2D dt + W_contact = ∫ F·v_w dt − ω ∫ (M_contact + M_grav) dt`
 //!
 //! with the losses `W_contact` to friction and contact damping, the velocity `v_w` of the
-//! workpiece, and moments `M` about the axis: the work of the clamp has been replaced by `ω` times
-//! its angular impulse, which is the change of `L` less the other angular impulses. So the balance
-//! holds only if the impulses are those of the motion, too. Energies are those of the final state,
-//! and `E_contact` is that of all points inside the workpiece there. The contact force does no
-//! other work than the change of that energy if, and only if, no opening or closing was missed: a
-//! contact that closes when it is already `δ` inside, gives `½ k_c δ²` to the filament.
+//! workpiece, and moments `M` about the axis. `ω` times the clamp's angular impulse replaces the
+//! work of the clamp. That impulse is the change of `L` less the other angular impulses, so the
+//! balance also checks the impulses. Energies are those of the final state, and `E_contact` is that
+//! of all points inside the workpiece there. The work of the contact force equals the change of
+//! `E_contact` if, and only if, no opening or closing was missed. A contact that closes at a
+//! penetration `δ` gives `½ k_c δ²` to the filament.
 //!
-//! Where the clamp moves otherwise, its work is integrated instead, at the cost of another residual
-//! per stage.
+//! For other motions of the clamp its work is integrated, at the cost of another residual per
+//! stage.
 
 use super::form::Equations;
 use super::observers::ContactObserver;
@@ -29,18 +28,18 @@ use crate::equations::{ChainDynamics, Clamp, PolarAxis};
 use crate::tool::{ClampMotion, Tool, Turning};
 use crate::workpiece::Workpiece;
 
-/// The largest relative residual of a pass whose tolerance is no looser than a tenth of it.
-pub(super) const LARGEST_RESIDUAL: f64 = 1e-3;
-/// The part of the kinetic energy at the start, per relative tolerance, below which energies are
-/// not resolved.
-const RESOLUTION: f64 = 1e3;
-/// Angles of a turn at which a clamp is looked at.
-const LOOKS: usize = 16;
+/// Largest relative residual of a pass whose tolerance is no looser than a tenth of it.
+pub(super) const MAX_ENERGY_RESIDUAL: f64 = 1e-3;
+/// Share of the kinetic energy at the start, per relative tolerance, below which energies are not
+/// resolved.
+const MIN_RESOLVED_SHARE: f64 = 1e3;
+/// Number of angles at which the motion of a clamp is checked.
+const CHECKED_ANGLES: usize = 16;
 
-/// Whether the clamp turns rigidly about `z`.
+/// Returns `true` if the clamp turns rigidly about `z`.
 pub(super) fn turns_rigidly<T: Tool, W>(filament: &Filament<Turning<T>, W>) -> bool {
-    /// Deviations of the velocities, as parts of themselves, that are rounding.
-    const ROUNDING: f64 = 1e-9;
+    /// Largest relative deviation of velocities that is rounding.
+    const MAX_VELOCITY_DEVIATION: f64 = 1e-9;
     let Turning {
         tool,
         rate,
@@ -48,9 +47,9 @@ pub(super) fn turns_rigidly<T: Tool, W>(filament: &Filament<Turning<T>, W>) -> b
     } = &filament.motion;
     let turned = |[x, y, _]: [f64; 3], [u, v, w]: [f64; 3]| {
         let deviation = [u + rate * y, v - rate * x, w];
-        dot(deviation, deviation) <= (ROUNDING * rate).powi(2) * (x * x + y * y)
+        dot(deviation, deviation) <= (MAX_VELOCITY_DEVIATION * rate).powi(2) * (x * x + y * y)
     };
-    // Not evenly, so that a motion that repeats within a turn is seen.
+    // Uneven spacing reveals a motion that repeats within a turn.
     let rigid = |look: usize| {
         let angle = initial_angle + 0.618 * look as f64;
         let Clamp {
@@ -62,12 +61,12 @@ pub(super) fn turns_rigidly<T: Tool, W>(filament: &Filament<Turning<T>, W>) -> b
         } = tool.clamp(angle, *rate);
         turned(position, velocity) && turned(direction, direction_rate)
     };
-    (0..LOOKS).all(rigid)
+    (0..CHECKED_ANGLES).all(rigid)
 }
 
-/// What is missing in the balance of the energies of a `filament` that has gone along `trajectory`
-/// from the coordinates and rates `start` about `z`, relative to the sum of the sizes of its terms.
-/// `relative` is its tolerance. With `tracks_energy` the work of the clamp has been integrated.
+/// Returns the residual of the energy balance of a `filament`, relative to the sum of the sizes of
+/// its terms. `trajectory` began at the coordinates and rates `start` about `z`; `relative` is its
+/// tolerance. With `tracks_energy` the work of the clamp has been integrated.
 pub(super) fn energy_residual<T: Tool, W: Workpiece>(
     filament: &Filament<Turning<T>, W>,
     equations: &mut Equations<f64>,
@@ -83,11 +82,11 @@ pub(super) fn energy_residual<T: Tool, W: Workpiece>(
     let (start_energy, start_momentum) = energy(filament, equations, 0.0, PolarAxis::Z, q, v);
     let (end_energy, end_momentum) =
         energy(filament, equations, end.time, end.chart, &end.q, &end.v);
-    // That of the contacts which took over from others is theirs.
+    // Contacts that took over from others have brought their energy with them.
     let stored = contact_energy(filament, trajectory) - trajectory.taken_over();
     let losses = integrals[integral::JOINT_DISSIPATION] + integrals[integral::CONTACT_DISSIPATION];
     let rate = filament.motion.rate;
-    let resolved = start_energy[0] * (RESOLUTION * relative).min(1.0);
+    let resolved = start_energy[0] * (MIN_RESOLVED_SHARE * relative).min(1.0);
     let change = |energy: [f64; 2], momentum: f64| energy[0] + energy[1] - momentum;
     let (terms, size) = if tracks_energy {
         let rise = change(end_energy, 0.0) - change(start_energy, 0.0);
@@ -122,8 +121,8 @@ pub(super) fn energy_residual<T: Tool, W: Workpiece>(
     }
 }
 
-/// `[E_kin, E_spring + E_grav]` in J and the angular momentum about `z` in N m s of a filament at a
-/// state.
+/// Returns `[E_kin, E_spring + E_grav]` in J and the angular momentum about `z` in N m s of a
+/// filament at a state.
 fn energy<M: ClampMotion, W>(
     filament: &Filament<M, W>,
     equations: &mut Equations<f64>,
@@ -154,7 +153,7 @@ fn energy<M: ClampMotion, W>(
     )
 }
 
-/// The energy in J that all points inside the workpiece store where a trajectory is.
+/// Returns the energy in J that all points inside the workpiece store at the present state.
 fn contact_energy<M: ClampMotion, W: Workpiece>(
     filament: &Filament<M, W>,
     trajectory: &Trajectory,

@@ -1,33 +1,32 @@
-//! Where in a step a contact closes or opens.
+//! Events in a step: openings and closings of a contact.
 //!
-//! No event is passed over, because a part of a step is left out only where a bound excludes
-//! events:
+//! No event is missed: a part of a step is skipped only where a bound excludes events.
 //!
-//! - *Way.* Within a step a node follows a quintic with the Bézier points `P_0 … P_5`, so that its
+//! - *Way.* Within a step a node follows a quintic with the Bézier points `P_0 … P_5`. Its
 //!   derivatives by the fraction `s` of the step are at most `5 max |P_{i+1} − P_i|` and `20 max
 //!   |P_{i+2} − 2 P_{i+1} + P_i|`. A gap changes by no more than [`GAP_RATE`] times the way
 //!   ([`Workpiece::surface`]). The distance of the filament from the centre of an edge changes by
-//!   no more than the fastest node goes.
+//!   no more than the way of the fastest node.
 //! - *Bend.* A gap also deviates from its chord by no more than a parabola with its largest second
-//!   derivative: that of the path, and that from the largest curvature of the surface
+//!   derivative. That derivative comes from the path and from the largest curvature of the surface
 //!   ([`Workpiece::largest_curvatures`],
-//!   [`Edge::largest_curvatures`](crate::workpiece::Edge::largest_curvatures)): past convex
-//!   material a gap turns up by no more than this, and where another point becomes the nearest one,
-//!   it turns down. Where the curvature is unknown, the parabola holds over a way of less than a
-//!   quarter of a segment, or of a stretch of a spline, with the curvature that is seen and what
-//!   values and slopes at both ends show, twice over (MODEL, "Workpieces other than a plane").
-//! - *Border.* The margin at an arc is the distance from a straight line, so that a parabola bounds
-//!   it, too, over a way by which a point does not get from one border to the next. Without it, a
-//!   step in which a point presses near a border would have hundreds of parts.
-//! - *Jump.* Far above a hollow the nearest point of the workpiece jumps from one of its sides to
-//!   the other, and with it the margin, whose way says nothing there. Where a gap jumps, another
+//!   [`Edge::largest_curvatures`](crate::workpiece::Edge::largest_curvatures)). Past convex
+//!   material a gap turns up by no more than this. Where another point becomes the nearest one, it
+//!   turns down. If the curvature is unknown, the parabola holds over a way of less than a quarter
+//!   of a segment, or of a stretch of a spline. Its second derivative is then twice the value that
+//!   the local curvature, or values and slopes at both ends, show (MODEL, "Workpieces other than a
+//!   plane").
+//! - *Border.* The margin at an arc is the distance from a straight line. A parabola bounds it,
+//!   too, over ways shorter than from one border to the next. Without this bound, a step in which a
+//!   point presses near a border would have hundreds of parts.
+//! - *Jump.* Far above a hollow the nearest point of the workpiece jumps from side to side, and the
+//!   margin jumps with it. There the bound on its change does not hold. Where a gap jumps, another
 //!   point of the filament has become the nearest one.
-//! - A contact that is open stays open as long as its penetration is negative, the nearest point is
-//!   elsewhere, or its damping would pull; one that is closed stays closed as long as none of these
-//!   is so.
+//! - A contact stays open while its penetration is negative, the nearest point is elsewhere, or its
+//!   damping would pull. It stays closed while none of these holds.
 //!
 //! A part for which no bound holds is halved, until its way is below the tolerance of the event's
-//! location. What is then not seen is no deeper than that.
+//! location. An event that is then missed is no deeper than that.
 
 use super::search::root as root_of;
 use super::step::{Step, at_knots};
@@ -39,39 +38,38 @@ use crate::integrate::hermite::Knot;
 use crate::tool::ClampMotion;
 use crate::workpiece::{Workpiece, border_spacing};
 
-/// The largest change of a gap over the way of a point.
+/// Largest change of a gap over the distance that a point travels.
 pub(super) const GAP_RATE: f64 = 2.0;
-/// By how much second derivatives are taken larger than they look.
+/// Safety factor on estimated second derivatives.
 const INFLATION: f64 = 2.0;
-/// The share of a segment over which the parabola holds.
-const NEAR: f64 = 0.25;
-/// The largest number of points at which a contact is looked at in one step. A step that needs more
-/// is repeated shorter.
+/// Share of a segment, or of a stretch of a spline, over which the parabola holds.
+const SMOOTH_SHARE: f64 = 0.25;
+/// Largest number of evaluations of a contact in one step. A step that needs more is rejected.
 const MAX_POINTS: usize = 1000;
-/// Halvings of a step to rounding.
-const MAX_DEPTH: usize = 60;
-/// The largest number of crossings that turn out not to be the first.
+/// Number of halvings of a step down to rounding.
+const MAX_HALVINGS: usize = 60;
+/// Largest number of crossings that turn out not to be the first.
 const MAX_CROSSINGS: usize = 64;
 
-/// A contact's closing or opening inside a step.
+/// Closing or opening of a contact inside a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Crossing {
     pub contact: usize,
     /// Estimated time after the start of the step in s; zero if it lies before.
     pub after: f64,
-    /// A time after the start at which the contact is past the event, in s.
+    /// Time after the start at which the contact is past the event, in s.
     pub past: f64,
-    /// Whether the contact is past the event at the end of the step. Between the ends only the
-    /// interpolant says so.
+    /// `true` if the contact is past the event at the end of the step. Between the ends only the
+    /// interpolant shows the event.
     pub at_end: bool,
 }
 
-/// The step is too long to find a contact's events.
+/// Error of a step that is too long to find a contact's events.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TooLong;
 
-/// How far a contact is past its event, in m: pressing while open, or pulling while closed, by more
-/// than `location`.
+/// Returns the distance of a contact past its event, in m: pressing while open, or pulling while
+/// closed, by more than `location`.
 ///
 /// The two thresholds differ by twice `location`, so that a contact that has just switched does not
 /// switch back.
@@ -79,8 +77,8 @@ pub(super) fn excess(closed: bool, pressing: f64, location: f64) -> f64 {
     (if closed { -pressing } else { pressing }) - location
 }
 
-/// Upper bounds on the first and second derivative by the fraction of a step of the length `length`
-/// (s), in m, of the path of a node.
+/// Returns upper bounds in m on the first and second derivative of a node's path by the fraction of
+/// a step of the length `length` (s).
 fn path_bounds(start: &Knot<3>, end: &Knot<3>, length: f64) -> [f64; 2] {
     let (early, late) = (
         scale(length / 5.0, start.rate),
@@ -114,26 +112,26 @@ fn path_bounds(start: &Knot<3>, end: &Knot<3>, length: f64) -> [f64; 2] {
     [5.0 * first.sqrt(), 20.0 * bends.fold(0.0, largest).sqrt()]
 }
 
-/// A contact at one instant of a step.
+/// Contact at one instant of a step.
 #[derive(Clone, Copy, Debug)]
 struct Look {
-    /// The fraction of the step.
+    /// Fraction of the step.
     s: f64,
     /// Penetration in m, and its derivative by the fraction.
     penetration: f64,
     slope: f64,
-    /// As in [`Approach`].
+    /// Values of [`Approach`].
     turn: f64,
     margin: f64,
-    /// Where on the filament: at a node or inside a segment, numbered from the root.
+    /// Place on the filament: a node or the inside of a segment, numbered from the root.
     place: usize,
     /// `1 + χ δ̇`
     factor: f64,
-    /// How far the contact is past its event, in m.
+    /// Distance past the event, in m.
     excess: f64,
 }
 
-/// The search for the events of one contact in a step, by looks at it there.
+/// Search for the events of one contact in a step by evaluations at instants.
 struct Search {
     closed: bool,
     location: f64,
@@ -143,25 +141,26 @@ struct Search {
     margin_way: f64,
     bend: f64,
     border_bend: f64,
-    /// The way in m, and the penetration, up to which the margin is the distance from one border.
+    /// Largest sum of way and penetration, in m, up to which the margin is the distance from one
+    /// border.
     border_spacing: f64,
     /// Upper bound on the way of the point relative to the workpiece, in m.
     path: f64,
-    /// The way over which gaps are smooth, in m.
+    /// Way over which gaps are smooth, in m.
     near: f64,
-    /// Upper bound on the curvature, in 1/m, by which the gap can turn towards the event. Infinite
-    /// if it is unknown.
+    /// Upper bound on the curvature, in 1/m, with which the gap can turn towards the event;
+    /// infinite if unknown.
     curvature: f64,
     /// `χ` over the length of the step, in 1/m.
     damping: f64,
     /// Upper bound on the rounding of differences of positions, in m.
     rounding: f64,
-    /// Up to this gap in m the nearest point of the workpiece does not jump.
+    /// Gap in m up to which the nearest point of the workpiece does not jump.
     unique: f64,
 }
 
 impl Search {
-    /// Upper bound on the second derivative of the penetration between two looks.
+    /// Returns an upper bound on the second derivative of the penetration between two instants.
     fn bend_between(&self, a: &Look, b: &Look) -> f64 {
         if self.curvature.is_finite() {
             return self.bend + self.curvature * self.path * self.path;
@@ -177,12 +176,12 @@ impl Search {
             * (self.bend + a.turn.abs().max(b.turn.abs()) * self.path * self.path).max(seen / width)
     }
 
-    /// Whether the contact has no event between two looks at which it is before it.
+    /// Returns `true` if the contact has no event between two instants before its event.
     fn is_free(&self, a: &Look, b: &Look) -> bool {
         let width = b.s - a.s;
         let bend = self.bend_between(a, b);
         let is_near = self.curvature.is_finite() || self.path * width <= self.near;
-        // What is missing to the event at both ends, in m; the bounds of its change over the width.
+        // Arguments: distances from the event at both ends in m, and bounds on their derivatives.
         let holds = |[a, b]: [f64; 2], way: f64, bend: f64| {
             a >= 0.0
                 && b >= 0.0
@@ -219,8 +218,8 @@ impl Search {
         }
     }
 
-    /// The first two looks found from `from` to `to` of which the second is past the event. At both
-    /// ends the contact is before it.
+    /// Returns the first two instants found from `from` to `to` of which the second is past the
+    /// event. At both ends the contact is before the event.
     fn first_past(
         &self,
         look: &impl Fn(f64) -> Look,
@@ -230,14 +229,14 @@ impl Search {
         if self.is_free(&from, &to) {
             return Ok(None);
         }
-        let mut rights = [to; MAX_DEPTH + 1];
+        let mut rights = [to; MAX_HALVINGS + 1];
         let (mut left, mut count) = (from, 1);
         while count > 0 {
             let right = rights[count - 1];
             let width = right.s - left.s;
             if self.is_free(&left, &right)
                 || self.way * width <= self.location / 2.0
-                || count > MAX_DEPTH
+                || count > MAX_HALVINGS
             {
                 (left, count) = (right, count - 1);
                 continue;
@@ -256,8 +255,8 @@ impl Search {
         Ok(None)
     }
 
-    /// The fractions of the step at the first event and at a time when the contact is past it.
-    /// `start` and `end` are the contact at both ends.
+    /// Returns the fractions of the step at the first event and at an instant when the contact is
+    /// past it. `start` and `end` are the contact at both ends.
     fn first(
         &self,
         look: impl Fn(f64) -> Look,
@@ -286,8 +285,9 @@ impl Search {
     }
 }
 
-/// How far `contact` has to go to its event at the end of a step at least, in m, and its first
-/// event in the step, by the interpolant. Points of the workpiece go no farther than `drift` (m).
+/// Returns a lower bound in m on the distance of `contact` from its event at the end of a step, and
+/// its first event in the interpolated step. Points of the workpiece move by no more than `drift`
+/// (m).
 pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
     filament: &Filament<M, W>,
     step: &Step<'_>,
@@ -321,7 +321,7 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
         border_bend,
         border_spacing,
         path: path + drift,
-        near: NEAR * smooth,
+        near: SMOOTH_SHARE * smooth,
         curvature,
         damping: filament.law.damping / length,
         rounding,
@@ -354,9 +354,9 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
             )
         });
         let edge = &filament.workpiece.edges()[edge];
-        // While it is open, what separates it from its event is at least its gap. Beside a stretch
-        // of a spline the point that was found may not be the nearest one; but no point of the
-        // stretch is farther from its middle than half its length.
+        // An open contact is at least its gap away from its event. Beside a stretch of a spline the
+        // point that was found may not be the nearest one. No point of the stretch is farther from
+        // its middle than half its length.
         let distance = if closed {
             0.0
         } else {
@@ -380,15 +380,15 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
             let [path, path_bend] = path_bounds(start, end, length);
             [way.max(path), bend.max(path_bend)]
         });
-        // The point is not of the material: it goes round the centre as the segment turns, by up to
-        // twice the way over its length.
+        // The point is not fixed to the material: it moves round the centre as the segment turns,
+        // by up to twice the way over its length.
         let (round, segment) = (
             edge.radius() + filament.law.radius + bounds[0],
             filament.chain.length,
         );
         let margin_way = GAP_RATE * (bounds[0] + drift) * (1.0 + 2.0 * round / segment);
-        // Of the foot of the centre on a rigid segment. Twice as much also covers points that leave
-        // a node and come back.
+        // Bound for the foot of the centre on a rigid segment. The factor also covers points that
+        // leave a node and come back.
         let border_bend = INFLATION
             * 16.0
             * (1.0 + round / segment)
@@ -443,7 +443,7 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
         };
         let margin_way = GAP_RATE * (bounds[0] + drift);
         let [convex, concave] = filament.workpiece.largest_curvatures();
-        // The surface that a thick node feels is more curved where it is concave.
+        // The offset surface of a thick node is more curved where it is concave.
         let thick = 1.0 - concave * filament.law.radius;
         let curvature = match closed {
             false => convex,

@@ -1,10 +1,10 @@
-//! The shape of a filament that turns with its tool and touches nothing.
+//! Shape of a filament that turns with its tool and touches nothing.
 //!
 //! Radial filaments start relaxed. Others are bent outwards by centrifugal forces: they start in
 //! the relative equilibrium, in which `V = E_spring − ½ ω² Σ ∫ρ² dm` is stationary (MODEL, "Rotary
-//! tools of any kind and pose"). It is a static equilibrium of the same kernels under the
-//! centrifugal forces as loads. The integral over a rigid segment is that of a quadratic function,
-//! so that Simpson's rule is exact: a sixth of the mass at each end, the rest at the centre.
+//! tools of any kind and pose"). It is a static equilibrium of the same kernels under centrifugal
+//! loads. The integrand is quadratic on a rigid segment, so Simpson's rule is exact: a sixth of the
+//! mass at each end, the rest at the centre.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -15,27 +15,27 @@ use crate::equations::{
 };
 use crate::tool::{RotaryTool, Tool};
 
-/// The angle of the tool at which the equilibrium is computed: straight filaments then stay in the
+/// Angle of the tool at which the equilibrium is computed. Straight filaments then stay in the
 /// plane across `x`, far from the poles of coordinates about `x`.
-const ANGLE: f64 = FRAC_PI_2;
-/// Newton's method has converged where no coordinate changes by more, in rad, or where changes
-/// below the second one no longer halve.
-const CONVERGED: f64 = 1e-14;
-const NEARLY: f64 = 1e-8;
-/// The largest number of its iterations.
+const EQUILIBRIUM_ANGLE_RAD: f64 = FRAC_PI_2;
+/// Largest change of a coordinate, in rad, at which Newton's method has converged: in any case, and
+/// where changes no longer halve.
+const CONVERGED_CHANGE_RAD: f64 = 1e-14;
+const STALLED_CHANGE_RAD: f64 = 1e-8;
+/// Largest number of Newton iterations.
 const MAX_ITERATIONS: usize = 500;
 
-/// The shape of a filament that turns rigidly with its tool: polar angle `φ` of each segment, and
-/// how far its azimuth is ahead of the tool, in rad.
+/// Shape of a filament that turns rigidly with its tool: polar angle `φ` of each segment, and
+/// azimuth ahead of the tool, in rad.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RigidShape(Vec<[f64; 2]>);
 
 impl RigidShape {
-    /// The relative equilibrium of `chain` on `tool`, which turns at `rate` (rad/s), without
-    /// gravity.
+    /// Computes the relative equilibrium of `chain` on `tool`, which turns at `rate` (rad/s),
+    /// without gravity.
     ///
-    /// Newton's method with steps that the masses hold back at first: `(M + w ∂²V) δ = ∂V`, with a
-    /// weight `w` that grows as the forces fall.
+    /// Masses damp the first steps of Newton's method: `(M + w ∂²V) δ = ∂V`, with a weight `w` that
+    /// grows as the forces fall.
     pub fn equilibrium(chain: &Chain<f64>, tool: &RotaryTool, rate: f64) -> Self {
         let chain = Chain {
             gravity: [0.0; 3],
@@ -47,10 +47,10 @@ impl RigidShape {
         } else {
             PolarAxis::Z
         };
-        let clamp = tool.clamp(ANGLE, 0.0);
+        let clamp = tool.clamp(EQUILIBRIUM_ANGLE_RAD, 0.0);
         let none = [0.0; 2];
         let mut q: Vec<[f64; 2]> = chain
-            .relaxed(tool.undeformed(ANGLE, 0.0)[0])
+            .relaxed(tool.undeformed(EQUILIBRIUM_ANGLE_RAD, 0.0)[0])
             .map(|q| {
                 let direction = PolarAxis::Z.direction([q, none, none]);
                 axis.coordinates(direction)[0]
@@ -64,7 +64,7 @@ impl RigidShape {
         let mut dynamics = Dynamics::new(chain);
         dynamics.set_chart(axis);
         let mut residual = rest.clone();
-        // A time in which the filament moves by little at first.
+        // The square of a time in which the filament moves little at first.
         let (mut weight, mut before, mut last) =
             (rate.powi(-2).min(1.0), f64::INFINITY, f64::INFINITY);
         for _ in 0..MAX_ITERATIONS {
@@ -91,25 +91,27 @@ impl RigidShape {
                     change = change.max((weight * correction).abs());
                 }
             }
-            if change <= CONVERGED || (change < NEARLY && change > last / 2.0) {
+            if change <= CONVERGED_CHANGE_RAD
+                || (change < STALLED_CHANGE_RAD && change > last / 2.0)
+            {
                 break;
             }
             last = change;
         }
         let shape = q.iter().map(|&q| {
             let [[x, y, z], ..] = axis.direction([q, none, none]);
-            let azimuth = y.atan2(x) - ANGLE;
+            let azimuth = y.atan2(x) - EQUILIBRIUM_ANGLE_RAD;
             [x.hypot(y).atan2(z), azimuth - TAU * (azimuth / TAU).round()]
         });
         Self(shape.collect())
     }
 
-    /// Whether it is nearer to the axis than to the plane of rotation everywhere.
+    /// Returns `true` if all segments are within 60° of the axis.
     pub fn is_axial(&self) -> bool {
         self.0.iter().all(|[polar, _]| polar.cos().abs() > 0.5)
     }
 
-    /// The coordinates about `z` at the `angle` of the tool (rad).
+    /// Returns the coordinates about `z` at the `angle` of the tool (rad).
     pub fn at(&self, angle: f64) -> impl Iterator<Item = [f64; 2]> {
         self.0
             .iter()
@@ -117,29 +119,30 @@ impl RigidShape {
     }
 }
 
-/// The centrifugal forces `ω² ρ` on a chain: on its nodes, and at the centres of its segments.
+/// Centrifugal forces on a chain, `ω² ρ` per mass: on its nodes, and at the centres of its
+/// segments.
 struct Centrifugal {
     /// `ω²` in 1/s².
     square: f64,
-    /// Of the segments, in kg.
+    /// Masses of the segments in kg.
     masses: Vec<f64>,
 }
 
-/// The share of a segment's mass at each of its ends.
-const AT_ENDS: f64 = 1.0 / 6.0;
+/// Share of a segment's mass at each of its ends.
+const END_MASS_SHARE: f64 = 1.0 / 6.0;
 
 impl Centrifugal {
-    /// Force per length of the distance from the axis, of a mass, in N/m.
+    /// Returns the centrifugal force of a mass over its distance from the axis, in N/m.
     fn slope(&self, mass: f64) -> f64 {
         self.square * mass
     }
 
     fn at_node(&self, node: usize) -> f64 {
-        self.slope(AT_ENDS * (self.masses[node] + self.masses.get(node + 1).unwrap_or(&0.0)))
+        self.slope(END_MASS_SHARE * (self.masses[node] + self.masses.get(node + 1).unwrap_or(&0.0)))
     }
 
     fn at_centre(&self, segment: usize) -> f64 {
-        self.slope((1.0 - 2.0 * AT_ENDS) * self.masses[segment])
+        self.slope((1.0 - 2.0 * END_MASS_SHARE) * self.masses[segment])
     }
 }
 

@@ -1,12 +1,12 @@
-//! The depth at which a tool presses with a given force (MODEL, "Force instead of depth").
+//! Search for the depth at which a tool presses with a given force (MODEL, "Force instead of
+//! depth").
 //!
-//! It is the smallest one, which a tool that is pressed on finds, coming from no contact. At first
-//! the force is nearly that of rigid filaments, because they have no time to bend: the search
-//! begins there. From there on forces rise and fall, by as many strikes as there is time for,
-//! before they rise for good: a brush of 10 m/s presses with 166 N at 69 µm, 110 N at 0.4 mm, and
-//! 163 N at 0.9 mm. The search therefore goes up in steps, the smaller the nearer the force is, and
-//! looks at maxima between them, until the force is reached. It then encloses the depth by the
-//! secant of the logarithms.
+//! A tool that is pressed on reaches the smallest such depth. At small depths the force is nearly
+//! that of rigid filaments, which have no time to bend: the search begins there. Deeper, forces
+//! rise and fall with the number of strikes that there is time for, before they rise for good: a
+//! brush of 10 m/s presses with 166 N at 69 µm, 110 N at 0.4 mm, and 163 N at 0.9 mm. The search
+//! therefore goes deeper in steps, which are smaller near the force, and evaluates maxima between
+//! them, until the force is reached. It then brackets the depth by the secant of the logarithms.
 
 use std::error::Error;
 use std::f64::consts::{PI, TAU};
@@ -17,36 +17,36 @@ use crate::model::trim::{reach_of, reaches};
 use crate::tool::{Place, Pose, Trim, places};
 use crate::workpiece::unit_normal;
 
-/// The largest relative difference of the force that is found.
-const TOLERANCE: f64 = 1e-3;
-/// The largest depth as a part of the free length.
-const LARGEST: f64 = 0.5;
-/// The largest ratio of two depths that follow each other, where the force is at least this share
-/// of the one that is asked for.
-const FACTORS: [(f64, f64); 4] = [(0.8, 1.6), (0.6, 2.0), (0.3, 3.0), (0.0, 5.0)];
-/// The relative width at which a force that jumps is enclosed.
-const WIDTH: f64 = 1e-6;
-/// The relative difference of the depths by which the stiffness is measured.
-const OFFSET: f64 = 0.01;
-/// A depth, and the force there.
+/// Largest relative error of the force that is found.
+const FORCE_TOLERANCE: f64 = 1e-3;
+/// Largest depth over the free length.
+const MAX_DEPTH_SHARE: f64 = 0.5;
+/// Largest ratio of successive depths (second) where the force has at least a share of its target
+/// (first).
+const MAX_DEPTH_RATIOS: [(f64, f64); 4] = [(0.8, 1.6), (0.6, 2.0), (0.3, 3.0), (0.0, 5.0)];
+/// Relative width of the bracket at which a force jumps.
+const MIN_BRACKET_WIDTH: f64 = 1e-6;
+/// Relative difference of the depths that measure the stiffness.
+const STIFFNESS_OFFSET: f64 = 0.01;
+/// Depth and the force there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Point {
-    /// In m.
+    /// Depth in m.
     depth: f64,
-    /// In N.
+    /// Force in N.
     force: f64,
 }
 
-/// A force that no depth reaches.
+/// Error of a force that no depth reaches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unreachable {
-    /// The force in N.
+    /// Force in N.
     pub force: f64,
-    /// The largest force in N that was found.
+    /// Largest force in N that was found.
     pub largest: f64,
-    /// Its depth in m.
+    /// Depth of that force in m.
     pub depth: f64,
-    /// The largest depth in m that was looked at.
+    /// Largest depth in m that was tried.
     pub deepest: f64,
 }
 
@@ -69,57 +69,58 @@ impl fmt::Display for Unreachable {
 
 impl Error for Unreachable {}
 
-/// What a search has found.
+/// Result of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found<R> {
-    /// The depth in m.
+    /// Depth in m.
     pub depth: f64,
     /// `dF_n,w/da_e` there in N/m.
     pub stiffness: f64,
-    /// The result of the simulation at this depth.
+    /// Result of the simulation at this depth.
     pub result: R,
 }
 
-/// The next thing to do.
+/// Next stage of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Stage {
-    /// To go deeper.
+    /// Go deeper.
     Scan,
-    /// To look at a maximum between depths whose forces do not reach it.
+    /// Evaluate a maximum between depths whose forces do not reach the target.
     Peak,
-    /// To enclose the depth.
+    /// Bracket the depth.
     Enclose,
-    /// To look at both sides of the depth that was found, this many times more.
+    /// Evaluate both sides of the depth that was found, this many times more.
     Sides(usize),
 }
 
-/// The search for a depth, by results of simulations that the caller makes.
+/// Search for a depth by results of simulations that the caller makes.
 #[derive(Clone, Debug)]
 pub struct DepthSearch<R> {
     target: f64,
     deepest: f64,
-    /// The exponent of the force of rigid filaments.
+    /// Exponent of the force of rigid filaments.
     exponent: f64,
-    /// In ascending order of their depths.
+    /// Points in ascending order of their depths.
     points: Vec<Point>,
     stage: Stage,
-    /// The depth to simulate next, in m.
+    /// Depth to simulate next, in m.
     next: f64,
-    /// Whether the stiffness is measured by simulations of its own.
+    /// `true` if the stiffness has simulations of its own.
     looks_aside: bool,
-    /// The last end of the bracket that stayed, and how often.
+    /// End of the bracket that was replaced last (`true` for the upper one), and how often in
+    /// succession.
     stayed: (bool, u32),
     found: Option<(Point, R)>,
 }
 
 impl<R> DepthSearch<R> {
-    /// The search that `settings` ask for, if they state a force. It begins at `first` (m), if
-    /// there is a guess, and then measures the stiffness by the depths that it looks at anyway.
+    /// Creates the search for the force in `settings`, if there is one. It begins at the initial
+    /// guess `first` (m), if given, and then takes the stiffness from the depths of the search.
     #[must_use]
     pub fn of(settings: &Settings, first: Option<f64>) -> Option<Self> {
         let target = settings.process.tool_force_n?;
         let length = settings.filament.length_m;
-        let deepest = (LARGEST * length).min(settings.clearance_m() * (1.0 - 1e-9));
+        let deepest = (MAX_DEPTH_SHARE * length).min(settings.clearance_m() * (1.0 - 1e-9));
         let exponent = settings.contact.exponent + 0.5;
         let next = first
             .unwrap_or_else(|| rigid_depth(settings, target))
@@ -141,14 +142,14 @@ impl<R> DepthSearch<R> {
         })
     }
 
-    /// The depth to simulate next, in m.
+    /// Returns the depth to simulate next, in m.
     #[must_use]
     pub fn depth(&self) -> f64 {
         self.next
     }
 
     /// Takes the `result` of the simulation at [`DepthSearch::depth`], whose tool force is `force`
-    /// (N). Returns what was found at the end.
+    /// (N). Returns the result of the search at its end.
     ///
     /// # Errors
     /// If no depth reaches the force.
@@ -165,7 +166,7 @@ impl<R> DepthSearch<R> {
         }
         if let Stage::Sides(left) = self.stage {
             self.stage = Stage::Sides(left - 1);
-        } else if (force / self.target - 1.0).abs() <= TOLERANCE
+        } else if (force / self.target - 1.0).abs() <= FORCE_TOLERANCE
             || (self.is_narrow() && force >= self.target)
         {
             self.found = Some((here, result));
@@ -174,7 +175,7 @@ impl<R> DepthSearch<R> {
         if let (Stage::Sides(left), Some((point, _))) = (self.stage, &self.found) {
             if left > 0 {
                 let sign = if left == 2 { 1.0 } else { -1.0 };
-                self.next = (point.depth * (1.0 + sign * OFFSET)).min(self.deepest);
+                self.next = (point.depth * (1.0 + sign * STIFFNESS_OFFSET)).min(self.deepest);
                 return Ok(None);
             }
             let stiffness = self.stiffness(*point);
@@ -189,7 +190,7 @@ impl<R> DepthSearch<R> {
         Ok(None)
     }
 
-    /// The points between which the force is first reached.
+    /// Returns the points between which the force is first reached.
     fn bracket(&self) -> Option<[Point; 2]> {
         let high = self
             .points
@@ -198,16 +199,16 @@ impl<R> DepthSearch<R> {
         Some([self.points[high - 1], self.points[high]])
     }
 
-    /// Whether the force jumps past the one that is asked for.
+    /// Returns `true` if the force jumps past its target.
     fn is_narrow(&self) -> bool {
         self.bracket()
-            .is_some_and(|[low, high]| high.depth - low.depth <= WIDTH * high.depth)
+            .is_some_and(|[low, high]| high.depth - low.depth <= MIN_BRACKET_WIDTH * high.depth)
     }
 
-    /// Decides on the depth after that of the point at `place`.
+    /// Chooses the depth after that of the point at `place`.
     fn advance(&mut self, place: usize) -> Result<(), Unreachable> {
         if let Some([low, high]) = self.bracket() {
-            // Below a jump the force is not reached: once more above it.
+            // Below a jump the force is not reached: simulate above it once more.
             self.next = if self.is_narrow() {
                 high.depth
             } else {
@@ -241,10 +242,10 @@ impl<R> DepthSearch<R> {
             });
         }
         let share = last.force / self.target;
-        let (_, limit) = FACTORS
+        let (_, limit) = MAX_DEPTH_RATIOS
             .into_iter()
             .find(|(least, _)| share >= *least)
-            .unwrap_or(FACTORS[3]);
+            .unwrap_or(MAX_DEPTH_RATIOS[3]);
         let mut factor = limit;
         if share > 0.0 {
             let exponent = if before.depth > 0.0 {
@@ -252,14 +253,14 @@ impl<R> DepthSearch<R> {
             } else {
                 1.0
             };
-            // A little beyond, so that the depth is enclosed.
+            // A little beyond, to bracket the depth.
             factor = (1.02 * share.powf(-1.0 / exponent)).clamp(1.05, limit);
         }
         self.next = (factor * last.depth).min(self.deepest);
         Ok(())
     }
 
-    /// A depth between the ends of the bracket.
+    /// Returns a depth between the ends of the bracket.
     fn between(&mut self, low: Point, high: Point, last: Point) -> f64 {
         let is_high = last.depth == high.depth;
         self.stayed = if self.stayed.0 == is_high {
@@ -268,8 +269,8 @@ impl<R> DepthSearch<R> {
             (is_high, 1)
         };
         if low.force <= 0.0 {
-            // Bent filaments touch somewhere in between, and may hop: their force then begins with
-            // a jump.
+            // Bent filaments first touch in between, and may hop: their force then begins with a
+            // jump.
             if low.depth > 0.0 {
                 return (low.depth + high.depth) / 2.0;
             }
@@ -281,7 +282,7 @@ impl<R> DepthSearch<R> {
             );
         }
         let [mut below, mut above] = [low, high].map(|point| (point.force / self.target).ln());
-        // The end that stays counts for less each time (Illinois).
+        // The weight of the end that stays halves each time (Illinois method).
         let weight = 0.5_f64.powi(self.stayed.1 as i32 - 1);
         if is_high {
             below *= weight
@@ -293,7 +294,7 @@ impl<R> DepthSearch<R> {
         (start + share * (end - start)).exp()
     }
 
-    /// The depth of a maximum between the last three points, if it may reach the force.
+    /// Returns the depth of a maximum between the last three points, if it may reach the force.
     fn peak(&self) -> Option<f64> {
         let &[.., a, b, c] = &self.points[..] else {
             return None;
@@ -307,12 +308,12 @@ impl<R> DepthSearch<R> {
         let slope = left + bend * (y - x);
         let vertex = y - slope / (2.0 * bend);
         let force = b.force - slope * slope / (4.0 * bend);
-        // Twice the rise above the points: forces are no parabolas.
+        // The rise above the points counts twice, as forces are no parabolas.
         (force + (force - b.force) >= self.target && (vertex - y).abs() > 1e-3)
             .then(|| vertex.exp())
     }
 
-    /// The derivative at `point` in N/m, by the parabola through its neighbours.
+    /// Returns the derivative at `point` in N/m, by the parabola through its neighbours.
     fn stiffness(&self, point: Point) -> f64 {
         let place = self
             .points
@@ -332,9 +333,9 @@ impl<R> DepthSearch<R> {
     }
 }
 
-/// Finds the depth at which a tool presses with the force that `settings` state, by the force (N)
-/// and the result that `simulate` returns at a depth. `None` if they state none. The search begins
-/// at `first` (m), if there is a guess ([`DepthSearch::of`]).
+/// Finds the depth at which a tool presses with the force that `settings` state; `None` if they
+/// state none. `simulate` returns the force (N) and the result at a depth. The search begins at the
+/// initial guess `first` (m), if given ([`DepthSearch::of`]).
 ///
 /// # Errors
 /// If no depth reaches the force, or the first one of `simulate`.
@@ -354,11 +355,12 @@ pub fn press_on<R, E: From<Unreachable>>(
     }
 }
 
-/// The depth in m at which rigid filaments would press with `force` (N) on a plane, or all the time
-/// where the workpiece may be hollow: a little less than the smallest depth of those that bend.
+/// Returns the depth in m at which rigid filaments press with `force` (N) on a plane, or all round
+/// if the workpiece may be hollow. It is a little less than the smallest depth of filaments that
+/// bend.
 fn rigid_depth(settings: &Settings, force: f64) -> f64 {
-    /// A little less, because filaments that are bent also come deeper.
-    const LESS: f64 = 0.98;
+    /// Factor on the depth, because bent filaments come deeper.
+    const DEPTH_FACTOR: f64 = 0.98;
     const POINTS: usize = 64;
     let normal @ [x, y, _] = Pose::of(&settings.tool).to_tool(unit_normal(&settings.workpiece));
     let hollow = matches!(
@@ -366,8 +368,7 @@ fn rigid_depth(settings: &Settings, force: f64) -> f64 {
         WorkpieceKind::Bore(_) | WorkpieceKind::Profile(_)
     );
     let (trim, [reach, _]) = (Trim::of(settings), reaches(settings));
-    // Along the trim: the weight of a filament, the radius on which its tip turns, and how far it
-    // is above the deepest one.
+    // Along the trim: weight of a filament, radius of its tip, and height above the deepest tip.
     let filament = |Place { s, weight }: Place| {
         let tip = trim.tip(s);
         [
@@ -409,10 +410,10 @@ fn rigid_depth(settings: &Settings, force: f64) -> f64 {
             high = middle
         }
     }
-    LESS * low.exp()
+    DEPTH_FACTOR * low.exp()
 }
 
-/// The exponent of the power law through two points, if both have a force.
+/// Returns the exponent of the power law through two points, if both have rising forces.
 fn power(a: Point, b: Point) -> Option<f64> {
     (a.force > 0.0 && b.force > a.force)
         .then(|| (b.force / a.force).ln() / (b.depth / a.depth).ln())
@@ -422,7 +423,7 @@ fn power(a: Point, b: Point) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// The depth, the stiffness and the number of simulations until `force` (N by m) is `target`.
+    /// Returns depth, stiffness and number of simulations until `force` (N by m) is `target`.
     fn search(target: f64, force: impl Fn(f64) -> f64) -> Result<(f64, f64, usize), Unreachable> {
         let mut settings = Settings::paper(10.0, 1e-3);
         settings.set_tool_force_n(target);
@@ -439,7 +440,7 @@ mod tests {
         panic!("the search ends");
     }
 
-    /// The search has no point below the depth at which no force is reached.
+    /// The bracket of such a force would have no lower end.
     #[test]
     fn forces_that_are_not_positive_are_refused() {
         for target in [0.0, -1.0, f64::NAN] {
@@ -449,7 +450,7 @@ mod tests {
         }
     }
 
-    /// That of rigid filaments, as far as they have no time to bend, and what is left of it, with a
+    /// Returns the force in N at a depth in m: first that of rigid filaments, then less, with a
     /// maximum of 166 N at 69 µm.
     fn of_the_papers_brush(depth: f64) -> f64 {
         let points = [
@@ -511,7 +512,7 @@ mod tests {
         );
     }
 
-    /// As of cups whose filaments hop as soon as they touch.
+    /// Cups have such forces: their filaments hop as soon as they touch.
     #[test]
     fn a_force_that_jumps_is_reached() {
         for onset in [2.4e-4, 2.5e-4, 3.1e-4] {
@@ -524,7 +525,7 @@ mod tests {
             };
             let (depth, _, count) = search(500.0, force).expect("a depth");
             assert!(
-                depth >= onset && depth < onset * (1.0 + 2.0 * WIDTH) && count < 32,
+                depth >= onset && depth < onset * (1.0 + 2.0 * MIN_BRACKET_WIDTH) && count < 32,
                 "{onset}: {depth}, {count}"
             );
         }

@@ -6,18 +6,18 @@ use crate::equations::{
 };
 use crate::integrate::hermite::Knot;
 
-/// The form of the equations of motion.
+/// Form of the equations of motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Form {
     /// Each segment has a polar angle and an azimuth. A block of coordinates is `[φ, θ]`.
     Spatial,
     /// Each segment has an azimuth; its polar angle is `π/2`. A block of coordinates is `[η, θ]`,
-    /// where `η = ∂φ/∂τ` is the lateral variation: how a small tilt `τ` of the clamp, out of the
-    /// plane and towards `+z`, changes the polar angle.
+    /// where `η = ∂φ/∂τ` is the lateral variation: the change of the polar angle with a small tilt
+    /// `τ` of the clamp, out of the plane and towards `+z`.
     Planar,
 }
 
-/// The equations of one chain, or of one per lane.
+/// Equations of one chain, or of one per lane.
 #[allow(clippy::large_enum_variant, reason = "a pass has one")]
 #[derive(Clone, Debug)]
 pub(crate) enum Equations<T> {
@@ -25,7 +25,7 @@ pub(crate) enum Equations<T> {
     Planar(PlanarDynamics<T>),
 }
 
-/// The same expression for either form.
+/// Evaluates an expression for either form.
 macro_rules! each {
     ($equations:expr, $dynamics:ident => $result:expr) => {
         match $equations {
@@ -60,17 +60,17 @@ impl<T: Compiled> Equations<T> {
         each!(self, dynamics => dynamics.chain().segments())
     }
 
-    /// The constants.
+    /// Returns the constants.
     pub fn chain(&self) -> &Chain<T> {
         each!(self, dynamics => dynamics.chain())
     }
 
-    /// The same, to be replaced by others with the same number of segments.
+    /// Returns the constants, to be replaced by others with the same number of segments.
     pub fn chain_mut(&mut self) -> &mut Chain<T> {
         each!(self, dynamics => dynamics.chain_mut())
     }
 
-    /// The chart of the coordinates; for planar ones, which have none, the default.
+    /// Returns the chart of the coordinates, the default for planar ones.
     pub fn chart(&self) -> PolarAxis {
         match self {
             Self::Spatial(dynamics) => dynamics.chart(),
@@ -84,12 +84,13 @@ impl<T: Compiled> Equations<T> {
         }
     }
 
-    /// Position in m and velocity in m/s of a node in one lane, where the nodes were last placed.
+    /// Returns position in m and velocity in m/s of a node in one lane, where the nodes were last
+    /// placed.
     pub fn node(&self, node: usize, lane: usize) -> [[f64; 3]; 2] {
         each!(self, dynamics => dynamics.node_in_lane(node, lane))
     }
 
-    /// Position, velocity and acceleration of every node in one lane, after
+    /// Writes position, velocity and acceleration of every node in one lane, after
     /// [`ChainDynamics::track`] or [`ChainDynamics::residual`].
     pub fn nodes(&self, lane: usize, knots: &mut [Knot<3>]) {
         each!(self, dynamics => for (node, knot) in knots.iter_mut().enumerate() {
@@ -98,7 +99,8 @@ impl<T: Compiled> Equations<T> {
         });
     }
 
-    /// Positions in m and velocities in m/s of all nodes but the root, where they were last placed.
+    /// Writes positions in m and velocities in m/s of all nodes but the root, where they were last
+    /// placed.
     pub fn nodes_in_lanes(&self, positions: &mut [[T; 3]], velocities: &mut [[T; 3]]) {
         each!(self, dynamics => for (k, (position, velocity)) in positions.iter_mut().zip(velocities).enumerate() {
             [*position, *velocity] = dynamics.node(k);
@@ -109,13 +111,13 @@ impl<T: Compiled> Equations<T> {
         each!(self, dynamics => dynamics.root_force())
     }
 
-    /// At the state where the nodes were last placed.
+    /// Returns the energies at the state where the nodes were last placed.
     pub fn energies(&self, at: ChainState<'_, T>) -> Energies<T> {
         each!(self, dynamics => dynamics.energies(at))
     }
 
-    /// `q̈` at a state, of the motion and of its variation, with `scratch` for one entry per
-    /// segment.
+    /// Computes `q̈` of the motion and of its variation at a state, with `scratch` for one entry
+    /// per segment.
     pub fn all_accelerations(
         &mut self,
         at: ChainState<'_, T>,
@@ -133,7 +135,7 @@ impl<T: Compiled> Equations<T> {
         }
     }
 
-    /// Only for planar equations.
+    /// Solves for the variation; only for planar equations.
     pub fn solve_variation(
         &mut self,
         at: ChainState<'_, T>,

@@ -1,4 +1,4 @@
-//! Which passes can be simulated side by side.
+//! Kinds of passes that can be simulated side by side.
 
 use super::form::Form;
 use super::system::Filament;
@@ -7,21 +7,21 @@ use crate::integrate::StageSolution;
 use crate::tool::ClampMotion;
 use crate::workpiece::Workpiece;
 
-/// The properties that passes must share to be simulated side by side.
+/// Properties that passes must share to be simulated side by side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Kind {
     form: Form,
     segments: usize,
     contacts: usize,
     solution: StageSolution,
-    /// Whether the work of clamp and workpiece is integrated.
+    /// `true` if the work of clamp and workpiece is integrated.
     integrates_work: bool,
     /// `true` if coordinates are about `x` at the start, rather than about `z`.
     about_x: bool,
 }
 
 impl Kind {
-    /// The polar axis of all coordinates at the start.
+    /// Returns the polar axis of all coordinates at the start.
     pub(super) fn axis(self) -> PolarAxis {
         if self.about_x {
             PolarAxis::X

@@ -3,8 +3,8 @@
 //! [`simulate`] computes metrics from settings. It integrates a [`Pass`]: [`Pass::new`] takes the
 //! tool and the workpiece from the settings, [`Pass::with`] takes any [`Tool`](crate::tool::Tool)
 //! and any [`Workpiece`](crate::workpiece::Workpiece). [`simulate_side_by_side`] simulates many
-//! passes of settings in the lanes of the machine's vector units, [`sample_any_side_by_side`] those
-//! of any tool and workpiece.
+//! passes of settings in the lanes of the machine's vector units, [`sample_any_side_by_side`]
+//! passes of any tool and workpiece.
 
 use crate::model::metrics::Metrics;
 use crate::model::settings::Settings;
@@ -49,8 +49,8 @@ pub use system::{COORDINATES, ContactLoads, Filament, FilamentState, FilamentSys
 pub use trajectory::{Trajectory, integrate};
 pub(crate) use turns::are_steady;
 
-/// SHA-256 of all code between settings and metrics, in hexadecimal digits. Builds that differ here
-/// may differ in results.
+/// SHA-256 of all code between settings and metrics, in hexadecimal digits. Builds with different
+/// hashes may differ in results.
 pub const SOLVER_FINGERPRINT: &str = env!("BRISTLE_SOLVER");
 
 /// Simulates one pass and reduces it to its metrics.
@@ -94,10 +94,10 @@ pub fn simulate_with(
     simulate_places(settings, sampling, &Stop::default(), &mut |_| ())
 }
 
-/// [`simulate_with`], which ends early once `stop` is requested and tells after each step what
-/// share of the pass is done ([`Pass::simulate_telling`]).
+/// Simulates as [`simulate_with`] does, but ends early once `stop` is requested. Tells after each
+/// step the share of the pass that is done ([`Pass::simulate_telling`]).
 ///
-/// Where filaments along the trim differ ([`trim::places`]), samples are those of the one nearest
+/// Where filaments along the trim differ ([`trim::places`]), samples are taken of the one nearest
 /// to its middle.
 ///
 /// # Errors
@@ -108,11 +108,12 @@ pub fn simulate_places(
     stop: &Stop,
     tell: &mut dyn FnMut(f64),
 ) -> Result<Simulation, SimulationError> {
-    /// About as many simulations as a search for a depth takes, by which its progress is told.
-    const TYPICAL: f64 = 9.0;
+    /// Typical number of simulations of a search for a depth, for its progress.
+    const TYPICAL_SIMULATIONS: f64 = 9.0;
     let mut count = 0.0;
     let found = press_on(settings, None, |at_depth| {
-        let mut tell = |share: f64| tell((count + share) / (TYPICAL + 1.0_f64).max(count + 1.0));
+        let mut tell =
+            |share: f64| tell((count + share) / (TYPICAL_SIMULATIONS + 1.0_f64).max(count + 1.0));
         let simulation = simulate_places(at_depth, Sampling::default(), stop, &mut tell)?;
         count += 1.0;
         Ok::<_, SimulationError>((simulation.metrics.tool_contact_normal_force_n, simulation))
@@ -161,12 +162,12 @@ pub fn simulate_places(
     Ok(of_trim(&places, all))
 }
 
-/// The simulation of a trim from those of the filaments at its `places`, in their order: metrics
-/// and impulses of turns are their weighted sums, or the largest of extremes; samples are those of
-/// the filament in the middle.
+/// Combines the simulations of the filaments at the `places` of a trim, in this order. Metrics and
+/// impulses of turns are weighted sums, or the largest of extremes. Samples are those of the middle
+/// filament.
 ///
 /// # Panics
-/// If the numbers of both differ, or are zero.
+/// If the numbers of places and simulations differ, or are zero.
 pub fn of_trim(places: &[Place], mut all: Vec<Simulation>) -> Simulation {
     assert_eq!(places.len(), all.len(), "a simulation for each place");
     if let [_] = places {
@@ -183,7 +184,7 @@ pub fn of_trim(places: &[Place], mut all: Vec<Simulation>) -> Simulation {
         .map(|one| one.turn_contact_normal_impulses_n_s.len())
         .max()
         .unwrap_or(0);
-    // A filament that has become steady goes on as it is.
+    // A filament that has become steady keeps its last impulse.
     let in_turn = |one: &Simulation, turn: usize| {
         let impulses = &one.turn_contact_normal_impulses_n_s;
         impulses

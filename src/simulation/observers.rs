@@ -1,4 +1,4 @@
-//! Observers of the steps of a pass: they keep the record of its contact, and a time history.
+//! Observers of the steps of a pass, for the record of its contact and a time history.
 
 use super::form::{Equations, Form};
 use super::profile::{EdgeWork, Ledger, sliding_in};
@@ -15,45 +15,45 @@ use crate::model::metrics::{ContactRecord, nearest_on_filament, tip_deflection};
 use crate::tool::{ClampMotion, Pose, Tool, Turning};
 use crate::workpiece::{ProfileCells, Workpiece};
 
-/// Reduces the steps of a pass to the data for the metrics.
+/// Observer that reduces the steps of a pass to the data for the metrics.
 #[derive(Clone, Debug)]
 pub struct ContactObserver<M, W> {
     filament: Filament<M, W>,
     form: Form,
     filament_length: f64,
-    /// The times between which the undeformed filament touches the workpiece in the first turn.
+    /// Times between which the undeformed filament touches the workpiece in the first turn.
     touches: Vec<[f64; 2]>,
     turn_time: f64,
     /// Turns that do not count, before the first.
     before: usize,
-    /// The time of the turns before this one.
+    /// Duration of the turns before this one.
     turned: f64,
-    /// The integrals when the turn began.
+    /// Integrals when the turn began.
     earlier: [f64; integral::COUNT],
     record: ContactRecord,
     edge_work: EdgeWork,
     was_closed: bool,
-    /// Whether `z` of the clamp's direction is that of a small tilt out of the plane of the motion.
+    /// `true` if `z` of the clamp's direction is a small tilt out of the plane of the motion.
     has_lateral_tilt: bool,
-    /// The angular impulse of gravity about the tool axis in N m s, over all turns.
+    /// Angular impulse of gravity about the tool axis in N m s, over all turns.
     gravity_impulse: f64,
-    /// What the last step ended with.
+    /// Tip at the end of the last step.
     last: Tip,
 }
 
-/// The tip at one time.
+/// Tip at one time.
 #[derive(Clone, Copy, Debug)]
 struct Tip {
     time: f64,
     deflection: f64,
-    /// Its speed relative to the nearest point of the undeformed filament, in m/s.
+    /// Speed relative to the nearest point of the undeformed filament, in m/s.
     speed: f64,
 }
 
 impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
-    /// An observer of `filament` with the free length `filament_length` (m), whose states have the
-    /// given form, before any step. The undeformed filament touches the workpiece between the times
-    /// in `touches` (s). The record is of a single turn.
+    /// Creates an observer of `filament` with the free length `filament_length` (m), whose states
+    /// have the given form. The undeformed filament touches the workpiece between the times in
+    /// `touches` (s). The record is of a single turn.
     pub fn new(
         filament: Filament<M, W>,
         form: Form,
@@ -83,8 +83,8 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         }
     }
 
-    /// The same observer for turns of `turn_time` (s) each, with a number of turns `before` the
-    /// first that counts: it begins a new record with each turn.
+    /// Begins a new record with each turn of `turn_time` (s), with a number of turns `before` the
+    /// first that counts.
     #[must_use]
     pub fn by_turns(self, before: usize, turn_time: f64) -> Self {
         Self {
@@ -95,7 +95,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         }
     }
 
-    /// The same observer, which takes `z` of the clamp's direction for a lateral tilt, or does not.
+    /// Sets whether `z` of the clamp's direction is a lateral tilt.
     #[must_use]
     pub(super) fn with_lateral_tilt(self, has_lateral_tilt: bool) -> Self {
         Self {
@@ -104,17 +104,17 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         }
     }
 
-    /// The record of the steps so far: those of the last turn.
+    /// Returns the record of the last turn so far.
     pub fn record(&self) -> &ContactRecord {
         &self.record
     }
 
-    /// The angular impulse of gravity about the tool axis over all turns so far, in N m s.
+    /// Returns the angular impulse of gravity about the tool axis over all turns so far, in N m s.
     pub(super) fn gravity_impulse(&self) -> f64 {
         self.gravity_impulse
     }
 
-    /// The moment of gravity about the tool axis at one end of a step in N m, and its rate.
+    /// Returns the moment of gravity about the tool axis at one end of a step in N m, and its rate.
     fn gravity_moment(&self, knots: &[Knot<3>], time: f64) -> [f64; 2] {
         let chain = &self.filament.chain;
         let Clamp {
@@ -205,8 +205,8 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         };
     }
 
-    /// The largest `|z_tip|/(l_f sin τ)` in a step of a filament whose clamp is tilted by `τ`, or
-    /// `least` if that is larger.
+    /// Returns the largest `|z_tip|/(l_f sin τ)` in a step of a filament whose clamp is tilted by
+    /// `τ`, or `least` if that is larger.
     fn largest_excursion(&self, step: &Step<'_>, least: f64) -> f64 {
         let [.., tilt] = self.filament.motion.at(step.start.time).direction;
         if tilt == 0.0 || !self.has_lateral_tilt {
@@ -230,15 +230,15 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             .sum()
     }
 
-    /// The largest penetration of a closed contact in m.
+    /// Returns the largest penetration of a closed contact in m.
     fn penetration(&self, step: &Step<'_>, s: f64) -> f64 {
         step.contacts()
             .map(|contact| self.approach(step, contact, s).penetration)
             .fold(0.0, f64::max)
     }
 
-    /// The largest normal force between the fractions `start` and `end` of a step, or `least` if
-    /// that is larger, in N.
+    /// Returns the largest normal force between the fractions `start` and `end` of a step, or
+    /// `least` if that is larger, in N.
     fn peak_force(&self, step: &Step<'_>, start: f64, end: f64, least: f64) -> f64 {
         if !step.closed.contains(&true) {
             return least;
@@ -249,7 +249,8 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         )
     }
 
-    /// Sums over the contacts of the normal and of the tangential force, in N.
+    /// Returns the sum of the normal forces over the contacts, and the magnitude of that of the
+    /// tangential ones, in N.
     fn forces(&self, step: &Step<'_>, s: f64) -> (f64, f64) {
         let mut normal = 0.0;
         let mut tangential = [0.0; 3];
@@ -264,7 +265,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         (normal, dot(tangential, tangential).sqrt())
     }
 
-    /// The energy stored in the closed contacts, in J.
+    /// Returns the energy stored in the closed contacts, in J.
     fn stored_energy(&self, step: &Step<'_>, s: f64) -> f64 {
         step.contacts()
             .map(|contact| {
@@ -293,7 +294,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         step.touch(&self.filament, contact, s).approach
     }
 
-    /// The tip of the nodes in `knots`, at `time`.
+    /// Returns the tip of the nodes in `knots`, at `time`.
     fn tip(&self, knots: &[Knot<3>], time: f64) -> Tip {
         let Knot { value, rate, .. } = knots[knots.len() - 1];
         let Clamp {
@@ -319,8 +320,8 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
     }
 }
 
-/// The largest `|∂z_tip/∂τ|/l_f` in a step of a planar motion, or `least` if that is larger. Once
-/// the variation is no longer controlled, its bound stands for it.
+/// Returns the largest `|∂z_tip/∂τ|/l_f` in a step of a planar motion, or `least` if that is
+/// larger. The bound replaces a variation that is no longer controlled.
 fn largest_variation(step: &Step<'_>, least: f64) -> f64 {
     let scale = step.start.integrals[integral::VARIATION_SCALE].exp();
     let largest = step
@@ -349,7 +350,7 @@ fn largest_variation(step: &Step<'_>, least: f64) -> f64 {
 }
 
 crate::record! {
-    /// One row of a time history.
+    /// Row of a time history.
     #[derive(Clone, Debug, Default, PartialEq)]
     #[cfg_attr(feature = "serde", derive(serde::Serialize))]
     pub struct Sample {
@@ -376,8 +377,7 @@ crate::record! {
     }
 }
 
-/// The samples taken of a pass in addition to its metrics. The default is none, which costs
-/// nothing.
+/// Samples taken of a pass in addition to its metrics. The default is none, which costs nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sampling {
     /// Number of samples at equally spaced times, including the first and the last instant.
@@ -385,25 +385,25 @@ pub struct Sampling {
     /// Number of shapes of the filament at equally spaced times, including the first and the last
     /// instant.
     pub shapes: usize,
-    /// Whether the shapes have velocities and contact forces, too.
+    /// `true` if the shapes have velocities and contact forces, too.
     pub loads: bool,
-    /// Whether to say where along the profile of the workpiece the work is done.
+    /// `true` if the work along the profile of the workpiece is requested.
     pub profile: bool,
-    /// Whether metrics and statistics must equal those without samples to the bit. The impulse and
-    /// the dissipated energies of the samples are then integrated less exactly, with an error far
-    /// below the tolerance. If the metrics are finite but a sample is not, all samples are left
+    /// `true` if metrics and statistics must equal those without samples to the bit. The impulse
+    /// and the dissipated energies of the samples are then integrated less exactly, with an error
+    /// far below the tolerance. If the metrics are finite but a sample is not, all samples are left
     /// out.
     pub alongside: bool,
 }
 
 impl Sampling {
-    /// Whether the energies of the samples have to be integrated.
+    /// Returns `true` if the energies of the samples have to be integrated.
     pub(super) fn tracks_energy(self) -> bool {
         self.samples > 0 && !self.alongside
     }
 }
 
-/// The filament at one time.
+/// Filament at one time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
     /// Time in s; zero at the start of the pass.
@@ -416,17 +416,17 @@ pub struct Shape {
     pub forces: Vec<NodeForce>,
 }
 
-/// The contact force on a node. A force at a point of a segment acts on both its ends.
+/// Contact force on a node. A force at a point of a segment acts on both its ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NodeForce {
-    /// The node's share of `F_n` in N.
+    /// Share of the node in `F_n` in N.
     pub normal: f64,
-    /// Its share of the whole force, with friction, in N.
+    /// Share of the node in the whole force, with friction, in N.
     pub force: [f64; 3],
 }
 
 impl Sample {
-    /// Turns it from the frame of a tool to that of the workpiece.
+    /// Turns its vectors from the frame of a tool to that of the workpiece.
     pub(super) fn turn(&mut self, pose: &Pose) {
         [self.tip_x_m, self.tip_y_m, self.tip_z_m] =
             pose.from_tool([self.tip_x_m, self.tip_y_m, self.tip_z_m]);
@@ -434,7 +434,7 @@ impl Sample {
 }
 
 impl Shape {
-    /// Turns it from the frame of a tool to that of the workpiece.
+    /// Turns its vectors from the frame of a tool to that of the workpiece.
     pub(super) fn turn(&mut self, pose: &Pose) {
         let vectors = self.nodes_m.iter_mut().chain(&mut self.velocities_m_s);
         for vector in vectors.chain(self.forces.iter_mut().map(|node| &mut node.force)) {
@@ -442,7 +442,7 @@ impl Shape {
         }
     }
 
-    /// True if every value is a finite number.
+    /// Returns `true` if every value is a finite number.
     pub(super) fn is_finite(&self) -> bool {
         let vectors = self.nodes_m.iter().chain(&self.velocities_m_s);
         let forces = self.forces.iter();
@@ -454,42 +454,42 @@ impl Shape {
     }
 }
 
-/// Collects equally spaced samples and shapes from the steps of a pass.
+/// Collector of equally spaced samples and shapes from the steps of a pass.
 pub(super) struct Sampler {
-    /// For the energies; made only if samples are requested.
+    /// Equations for the energies; made only if samples are requested.
     equations: Option<Equations<f64>>,
     pub sampling: Sampling,
     end_time: f64,
-    /// Whether samples are requested that need another end.
+    /// `true` if samples are requested whose end is not known.
     is_blind: bool,
     pub history: Vec<Sample>,
     pub shapes: Vec<Shape>,
-    /// None if it is not asked for, or the workpiece has no profile within reach.
+    /// Work along the profile; `None` if it is not requested, or no profile is within reach.
     pub ledger: Option<Ledger>,
-    /// The turn of which the ledger is.
+    /// Turn of the ledger.
     turn: usize,
     q: Vec<[f64; 2]>,
     v: Vec<[f64; 2]>,
-    /// The largest contact normal force since the last sample, in N.
+    /// Largest contact normal force since the last sample, in N.
     peak_force: f64,
     dissipated: Dissipated,
 }
 
-/// The account of the dissipated energy.
+/// Account of the dissipated energy.
 #[derive(Clone, Copy, Default)]
 struct Dissipated {
-    /// At the end of the last step, in J.
+    /// Dissipated energy at the end of the last step, in J.
     total: f64,
-    /// The contact's share of the integrals there, in J.
+    /// Contact's share of the integrals there, in J.
     contact: f64,
-    /// The largest value reported, in J. The energy cannot fall, but its account can, by less than
-    /// the tolerance.
+    /// Largest value reported, in J. The energy cannot fall, but its account can, by less than the
+    /// tolerance.
     reported: f64,
 }
 
 impl Sampler {
-    /// A sampler of a pass over a workpiece with this `profile`, which ends at `end_time` (s). As
-    /// long as that is not known, it takes no samples.
+    /// Creates a sampler of a pass over a workpiece with this `profile`, which ends at `end_time`
+    /// (s). If the end is not known, it takes no samples.
     pub fn new(
         form: Form,
         chain: Chain<f64>,
@@ -531,7 +531,7 @@ impl Sampler {
         }
     }
 
-    /// Whether the samples are those of a pass that has ended at `end_time` (s), or none are
+    /// Returns `true` if the samples fit a pass that has ended at `end_time` (s), or none are
     /// requested.
     pub fn covers(&self, end_time: f64) -> bool {
         let takes_none = self.sampling.samples == 0 && self.sampling.shapes == 0;
@@ -587,15 +587,15 @@ impl Sampler {
     ///
     /// The integrals of the dissipated powers are as accurate as the motion, except after damped
     /// contacts: where a node comes off while it is pressed in, its fast modes end in a step that
-    /// is too long to see their dissipation. With contact damping the dissipated energy is
-    /// therefore what the balance of all other energies leaves.
+    /// is too long to resolve their dissipation. With contact damping the dissipated energy is
+    /// therefore the rest of the energy balance.
     fn dissipated_in<M: ClampMotion, W: Workpiece>(
         &mut self,
         step: &Step<'_>,
         observer: &ContactObserver<M, W>,
     ) -> DissipatedInStep {
         let [start_integrals, end_integrals] = [&step.start.integrals, &step.end.integrals];
-        // What the contact lost when it opened, at the start of the step.
+        // Loss of the contact when it opened, at the start of the step.
         let lost = start_integrals[integral::CONTACT_DISSIPATION] - self.dissipated.contact;
         let start = self.dissipated.total + lost;
         let rise = if observer.filament.law.damping > 0.0 && self.sampling.tracks_energy() {
@@ -700,14 +700,15 @@ fn sample<T: Tool, W: Workpiece>(
     }
 }
 
-/// The dissipated energy at the start of a step, and its rise within the step, in J.
+/// Dissipated energy at the start of a step, and its rise within the step, in J.
 struct DissipatedInStep {
     start: f64,
     rise: f64,
 }
 
 impl DissipatedInStep {
-    /// The dissipated energy at the fraction `s` of the step in J. It rises as the integrals do.
+    /// Returns the dissipated energy at the fraction `s` of the step in J. It rises as the
+    /// integrals do.
     fn at(&self, step: &Step<'_>, s: f64) -> f64 {
         let [start, here, end] = [
             &step.start.integrals,
@@ -726,12 +727,12 @@ impl DissipatedInStep {
     }
 }
 
-/// The integral of the dissipated powers in J.
+/// Returns the integral of the dissipated powers in J.
 fn dissipated_power_integral(integrals: &[f64; integral::COUNT]) -> f64 {
     integrals[integral::JOINT_DISSIPATION] + integrals[integral::CONTACT_DISSIPATION]
 }
 
-/// The time in s of the next of `count` equally spaced samples, after `taken` of them.
+/// Returns the time in s of the next of `count` equally spaced samples, after `taken` of them.
 fn due(taken: usize, count: usize, end_time: f64) -> Option<f64> {
     let intervals = count.saturating_sub(1).max(1);
     // The fraction is exactly one at the last sample, because that sample must not lie past the

@@ -1,8 +1,8 @@
-//! Where along the profile of the workpiece the work of a pass is done, in its last turn.
+//! Work of a pass along the profile of the workpiece, in its last turn.
 //!
-//! Within a step, the contact force is looked at where the contact is at some instants. What acts
-//! between two of them goes to the arc lengths between the two places, evenly. The sum over a step
-//! is that of the step's integrals, so that the sum over the profile is that of the metrics.
+//! Within a step, force and place of the contact are evaluated at some instants. Impulse and work
+//! between two instants are spread evenly over the arc lengths between both places. The sum over a
+//! step is that of the step's integrals, so that the sum over the profile is that of the metrics.
 
 use super::step::Step;
 use super::system::{ContactSum, Filament, Touch, integral};
@@ -11,13 +11,13 @@ use crate::equations::linear::{add, dot, scale};
 use crate::tool::ClampMotion;
 use crate::workpiece::{Cell, Edge, ProfileCells, Workpiece};
 
-/// The least and the largest number of intervals into which a step is divided.
+/// Smallest and largest number of intervals into which a step is divided.
 const INTERVALS: [f64; 2] = [8.0, 64.0];
-/// The number of parts of each edge among which its evenness compares.
+/// Number of parts of each edge that its evenness compares.
 const PARTS_OF_EDGE: usize = 24;
 
 crate::record! {
-    /// A cell of the profile of a workpiece, and the work done in it by one filament in one pass.
+    /// Cell of the profile of a workpiece, and the work done in it by one filament in one pass.
     #[derive(Clone, Debug, Default, PartialEq)]
     #[cfg_attr(feature = "serde", derive(serde::Serialize))]
     pub struct ProfileCell {
@@ -33,12 +33,12 @@ crate::record! {
     }
 }
 
-/// The number of kinds of what is distributed over the profile: normal impulse in N s, friction
-/// work in J, sliding work in J.
+/// Number of quantities along the profile: normal impulse in N s, friction work in J, sliding work
+/// in J.
 const KINDS: usize = 3;
 
 impl ProfileCell {
-    /// The amounts per length, by kind.
+    /// Returns the amounts per length, by kind.
     fn amounts_mut(&mut self) -> [&mut f64; KINDS] {
         [
             &mut self.normal_impulse_n_s_m,
@@ -48,7 +48,7 @@ impl ProfileCell {
     }
 }
 
-/// The weighted sum of the works of several filaments along the same profile.
+/// Returns the weighted sum of the works of several filaments along the same profile.
 pub(super) fn weighted<'a>(
     all: impl Iterator<Item = (f64, &'a [ProfileCell])>,
 ) -> Vec<ProfileCell> {
@@ -80,18 +80,18 @@ pub(super) fn weighted<'a>(
     sum
 }
 
-/// What acts on a stretch of the profile within a part of a step.
+/// Amounts on a stretch of the profile within a part of a step.
 #[derive(Clone, Copy, Debug)]
 struct Share {
-    /// The places at which it begins and ends.
+    /// Places at which the stretch begins and ends.
     places: [f64; 2],
-    /// By kind.
+    /// Amounts by kind.
     amounts: [f64; KINDS],
 }
 
-/// What a contact does in a step, by `place` on the workpiece: calls `each` with the places between
-/// which it acts, and with `weigh`ed forces, integrated over time. `finest` is how far it should go
-/// at most within one part.
+/// Divides the action of a contact in a step by `place` on the workpiece: calls `each` with two
+/// places and the integral over time of the `weigh`ed forces between them. `finest` is the largest
+/// way that one part should have.
 fn parts_of<M: ClampMotion, W: Workpiece, const N: usize>(
     (step, contact): (&Step<'_>, usize),
     filament: &Filament<M, W>,
@@ -122,11 +122,11 @@ fn parts_of<M: ClampMotion, W: Workpiece, const N: usize>(
     }
 }
 
-/// The sliding work of a step in J, then its part on edges and the moments of that: see
+/// Returns the sliding work of a step in J, its part on edges, and the moments of that part: see
 /// [`integral::SLIDING_WORK`].
 ///
-/// They are those that were integrated with the motion, unless some contact turns back within the
-/// step: there `|v_t|` has a kink, on whose sides the interpolant is integrated.
+/// They were integrated with the motion, unless a contact reverses its sliding within the step.
+/// There `|v_t|` has a kink, and the interpolant is integrated on both sides of it.
 pub(super) fn sliding_in<M: ClampMotion, W: Workpiece>(
     step: &Step<'_>,
     filament: &Filament<M, W>,
@@ -175,9 +175,9 @@ pub(super) fn sliding_in<M: ClampMotion, W: Workpiece>(
     sum
 }
 
-/// Distributes over cells between the ascending `boundaries` what acts evenly between two places:
-/// calls `add` with cells and shares, whose sum is one. What lies outside belongs to the first or
-/// the last cell.
+/// Distributes an amount that is even between two places over cells between the ascending
+/// `boundaries`. Calls `add` with cells and shares, whose sum is one. Parts outside belong to the
+/// first or the last cell.
 fn spread(boundaries: &[f64], [from, to]: [f64; 2], mut add: impl FnMut(usize, f64)) {
     let (low, high) = (from.min(to), from.max(to));
     let last = boundaries.len() - 2;
@@ -198,24 +198,24 @@ fn spread(boundaries: &[f64], [from, to]: [f64; 2], mut add: impl FnMut(usize, f
     add(end, left);
 }
 
-/// The work of a pass by the cells of a profile.
+/// Work of a pass by the cells of a profile.
 #[derive(Clone, Debug)]
 pub(super) struct Ledger {
     profile: ProfileCells,
     boundaries: Vec<f64>,
     finest: f64,
-    /// By cell.
+    /// Amounts by cell.
     amounts: Vec<[f64; KINDS]>,
-    /// The parts of the current step.
+    /// Parts of the current step.
     parts: Vec<Share>,
-    /// What earlier steps have left over, because no contact was closed in them that could have it.
+    /// Amounts of earlier steps in which no contact was closed that could have them.
     owed: [f64; KINDS],
-    /// The places where the last work was done.
+    /// Places of the last work.
     last: [f64; 2],
 }
 
 impl Ledger {
-    /// A ledger without work for a `profile`; none if the profile is empty.
+    /// Creates a ledger without work for a `profile`; `None` if the profile is empty.
     pub fn new(profile: ProfileCells) -> Option<Self> {
         let boundaries = profile.boundaries();
         let length = |cell: &Cell| cell.arc_length[1] - cell.arc_length[0];
@@ -279,7 +279,7 @@ impl Ledger {
             return;
         };
         self.last = part.places;
-        // Less than nothing is a rounding error, which the next step makes up for.
+        // A negative amount is a rounding error, which the next step makes up for.
         let due = self.owed.map(|owed| if owed <= 0.0 { 0.0 } else { owed });
         self.owed = self.owed.map(|owed| if owed <= 0.0 { owed } else { 0.0 });
         let sums = self
@@ -332,7 +332,7 @@ impl Ledger {
         self.owed = [0.0; KINDS];
     }
 
-    /// The cells with their work.
+    /// Returns the cells with their work.
     pub fn into_cells(mut self) -> Vec<ProfileCell> {
         self.enter(self.last, self.owed);
         let cells = self.profile.cells.iter().zip(&self.amounts);
@@ -366,24 +366,24 @@ impl Ledger {
     }
 }
 
-/// How evenly the filament slides over edges under load: `∫ F_n |v_t| dt` by parts of each edge,
-/// which is the friction work over `µ`.
+/// Sliding work on edges, for its evenness: `∫ F_n |v_t| dt` by parts of each edge, which is the
+/// friction work over `µ`.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct EdgeWork {
-    /// By edge.
+    /// Work by edge and part.
     parts: Vec<[f64; PARTS_OF_EDGE]>,
 }
 
 impl EdgeWork {
-    /// No work on `edges` edges.
+    /// Creates a record without work on `edges` edges.
     pub fn new(edges: usize) -> Self {
         Self {
             parts: vec![[0.0; PARTS_OF_EDGE]; edges],
         }
     }
 
-    /// Begins again without work.
+    /// Forgets all work.
     pub fn clear(&mut self) {
         self.parts.fill([0.0; PARTS_OF_EDGE]);
     }
@@ -428,13 +428,13 @@ impl EdgeWork {
         });
     }
 
-    /// The number of edges.
+    /// Returns the number of edges.
     pub fn edges(&self) -> usize {
         self.parts.len()
     }
 
-    /// The mean of the work per length of all edges over its largest value among their parts; zero
-    /// without any.
+    /// Returns the mean of the work per length of all edges over its largest value among their
+    /// parts; zero without work.
     pub fn evenness(&self, edges: &[Edge]) -> f64 {
         let lengths = edges
             .iter()

@@ -1,4 +1,4 @@
-//! What a pass results in.
+//! Results of a pass.
 
 use super::observers::{Sample, Shape};
 use super::profile::ProfileCell;
@@ -6,33 +6,33 @@ use super::statistics::Statistics;
 use crate::model::metrics::Metrics;
 use crate::model::trim::Place;
 
-/// The result of a pass.
+/// Result of a pass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simulation {
-    /// The metrics of the contact in the last turn.
+    /// Metrics of the contact in the last turn.
     pub metrics: Metrics,
-    /// The contact normal impulse `p_n` of each turn in N s.
+    /// Contact normal impulse `p_n` of each turn in N s.
     pub turn_contact_normal_impulses_n_s: Vec<f64>,
-    /// The time at which the last turn ended, in s.
+    /// End of the last turn in s.
     pub end_time_s: f64,
     /// Work done in all turns.
     pub statistics: Statistics,
     /// Equally spaced samples, if requested.
     pub history: Vec<Sample>,
-    /// The filament at equally spaced times, if requested.
+    /// Shapes of the filament at equally spaced times, if requested.
     pub shapes: Vec<Shape>,
-    /// Where along the profile of the workpiece the work is done, by arc length, if requested: all
-    /// cells within the tool's reach.
+    /// Work along the profile of the workpiece, by arc length, if requested: all cells within the
+    /// tool's reach.
     pub profile: Vec<ProfileCell>,
-    /// The filaments along the trim, where they differ; otherwise empty.
+    /// Filaments along the trim, where they differ; otherwise empty.
     pub positions: Vec<AtPlace>,
 }
 
-/// A filament of a trim on which filaments differ.
+/// Filament of a trim on which filaments differ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AtPlace {
-    /// Where it is, and the share of the filaments that it stands for.
+    /// Place on the trim, and the share of the filaments for which it stands.
     pub place: Place,
-    /// Its metrics, as if all filaments of the tool were like it.
+    /// Metrics, as if all filaments of the tool were like this one.
     pub metrics: Metrics,
 }

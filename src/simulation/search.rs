@@ -1,7 +1,7 @@
 //! Zeros and maxima of functions of one variable, on a step.
 
-/// A zero of `f` between `low`, where it is negative, and `high`, where it is positive (Illinois
-/// method).
+/// Finds a zero of `f` between `low`, where it is negative, and `high`, where it is positive
+/// (Illinois method).
 pub(super) fn root(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     let (mut below, mut above) = (f(low), f(high));
     let mut middle = high;
@@ -36,11 +36,11 @@ pub(super) fn root(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     middle
 }
 
-/// The maximum of `f` between `low` and `high`: its place, to a relative width of some 1e-6, and
-/// its value (Brent 1973, chapter 5: parabolas through the best three points, and golden sections
-/// where parabolas make no progress).
+/// Finds the maximum of `f` between `low` and `high`: its place, to some 1e-6, and its value. Brent
+/// (1973, chapter 5) takes parabolas through the best three points, and golden sections where
+/// parabolas make no progress.
 pub(super) fn maximise(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> (f64, f64) {
-    const WIDTH: f64 = 1e-6;
+    const PLACE_TOLERANCE: f64 = 1e-6;
     const MAX_ITERATIONS: usize = 60;
     let golden = (3.0 - 5.0_f64.sqrt()) / 2.0;
     let mut best = low + golden * (high - low);
@@ -49,7 +49,7 @@ pub(super) fn maximise(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> (
     let (mut change, mut last_change) = (0.0_f64, 0.0_f64);
     for _ in 0..MAX_ITERATIONS {
         let middle = (low + high) / 2.0;
-        if (best - middle).abs() <= 2.0 * WIDTH - (high - low) / 2.0 {
+        if (best - middle).abs() <= 2.0 * PLACE_TOLERANCE - (high - low) / 2.0 {
             break;
         }
         // The vertex of the parabola, as an offset `above/below` from the best point.
@@ -74,10 +74,10 @@ pub(super) fn maximise(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> (
             };
             change = golden * last_change;
         }
-        let point = if change.abs() >= WIDTH {
+        let point = if change.abs() >= PLACE_TOLERANCE {
             best + change
         } else {
-            best + WIDTH.copysign(change)
+            best + PLACE_TOLERANCE.copysign(change)
         };
         let value = f(point);
         if value >= at_best {
@@ -106,10 +106,10 @@ pub(super) fn maximise(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> (
     (best, at_best)
 }
 
-/// The largest value of a smooth `f` on a step, if it may exceed `least`.
+/// Returns the largest value of a smooth `f` on a step, or `least` if that is larger.
 pub(super) fn maximum_in_step(f: impl Fn(f64) -> f64, least: f64) -> f64 {
-    /// A part of the step over which its ends are looked at.
-    const NEAR: f64 = 1e-4;
+    /// Distance from an end of the step, over its length, at which the slope there is checked.
+    const END_DISTANCE: f64 = 1e-4;
     // Between samples a parabola rises by no more than the difference of the samples.
     let is_low = |samples: &[f64]| {
         let [smallest, largest] =
@@ -130,11 +130,11 @@ pub(super) fn maximum_in_step(f: impl Fn(f64) -> f64, least: f64) -> f64 {
         .max_by(|a, b| a.1.total_cmp(b.1))
         .expect("there are samples");
     let nothing_higher = match best {
-        0 => f(NEAR) < value,
-        4 => f(1.0 - NEAR) < value,
+        0 => f(END_DISTANCE) < value,
+        4 => f(1.0 - END_DISTANCE) < value,
         _ => {
-            // The vertex of the parabola through it and its neighbours, with a margin for
-            // deviations from a parabola.
+            // The vertex of the parabola through the best sample and its neighbours, with a margin
+            // for deviations from a parabola.
             let (before, after) = (samples[best - 1], samples[best + 1]);
             let rise = (after - before).powi(2) / (8.0 * (2.0 * value - before - after));
             value + 4.0 * rise <= least

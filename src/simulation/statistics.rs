@@ -1,4 +1,4 @@
-//! What a pass took.
+//! Work done by a pass.
 
 use crate::integrate::Work;
 use crate::model::record::Record;
@@ -26,15 +26,15 @@ crate::record! {
         contact_events: usize = ["", "", "contact events located", "openings and closings of the contact"],
     }
     with {
-        /// Segments switched to their other chart. Not written to files: it describes the
-        /// coordinates, not the work.
+        /// Changes of the chain's chart. Not written to files: it describes the coordinates, not
+        /// the work.
         #[cfg_attr(feature = "serde", serde(skip))]
         pub chart_changes: usize,
     }
 }
 
 impl Statistics {
-    /// The sums of two works.
+    /// Adds two works.
     pub(super) fn and(self, other: &Self) -> Self {
         let mut sum = Self {
             chart_changes: self.chart_changes + other.chart_changes,
@@ -46,7 +46,7 @@ impl Statistics {
         sum
     }
 
-    /// The `work` of the integrator, and the counts of the simulation itself.
+    /// Joins the `work` of the integrator and the counts of the simulation.
     pub(super) fn new(work: &Work, contact_events: usize, chart_changes: usize) -> Self {
         let Work {
             steps,

@@ -1,4 +1,4 @@
-//! An accepted step, between whose ends the motion is interpolated.
+//! Accepted steps, between whose ends the motion is interpolated.
 
 use super::system::integral::COUNT;
 use super::system::{Filament, FilamentState, Touch};
@@ -8,51 +8,52 @@ use crate::integrate::hermite::{Knot, Weights};
 use crate::tool::ClampMotion;
 use crate::workpiece::Workpiece;
 
-/// An accepted step, as observers see it.
+/// Accepted step, as observers receive it.
 #[derive(Debug)]
 pub struct Step<'a> {
-    /// Its start.
+    /// State at the start.
     pub start: &'a FilamentState,
-    /// Its end.
+    /// State at the end.
     pub end: &'a FilamentState,
-    /// The nodes at its start.
+    /// Nodes at the start.
     pub start_nodes: &'a [Knot<3>],
-    /// The nodes at its end.
+    /// Nodes at the end.
     pub end_nodes: &'a [Knot<3>],
-    /// The contacts that are closed throughout: those of nodes, then those with edges
+    /// Contacts that are closed throughout: contacts of nodes, then contacts with edges
     /// ([`Filament::touch`]).
     pub closed: &'a [bool],
-    /// The segment at which each contact with an edge was at the start.
+    /// Segment of each contact with an edge at the start.
     pub starts: &'a [usize],
 }
 
 impl Step<'_> {
-    /// Length in s.
+    /// Returns the length in s.
     pub fn length(&self) -> f64 {
         self.end.time - self.start.time
     }
 
-    /// Time at the fraction `s` of the step.
+    /// Returns the time at the fraction `s` of the step.
     pub fn time(&self, s: f64) -> f64 {
         self.start.time + s * self.length()
     }
 
-    /// Position and velocity of `node` at the fraction `s` of the step.
+    /// Returns position and velocity of `node` at the fraction `s` of the step.
     pub fn node(&self, node: usize, s: f64) -> ([f64; 3], [f64; 3]) {
         self.node_at(node, &self.weights(s))
     }
 
-    /// What the ends of the step contribute at the fraction `s` of it.
+    /// Returns the weights of both ends at the fraction `s` of the step.
     pub(super) fn weights(&self, s: f64) -> Weights {
         Weights::new(self.length(), s)
     }
 
-    /// Position and velocity of `node` at the place of the `weights`.
+    /// Returns position and velocity of `node` at the place of the `weights`.
     pub(super) fn node_at(&self, node: usize, weights: &Weights) -> ([f64; 3], [f64; 3]) {
         weights.interpolate(&self.start_nodes[node], &self.end_nodes[node])
     }
 
-    /// The nodes of the filament at the fraction `s` of the step, by their number from the root.
+    /// Returns the nodes of the filament at the fraction `s` of the step, by their number from the
+    /// root.
     pub fn nodes<M: ClampMotion, W>(
         &self,
         filament: &Filament<M, W>,
@@ -65,17 +66,17 @@ impl Step<'_> {
         }
     }
 
-    /// By how much an integral of the motion, by its index, rises in the step.
+    /// Returns the rise of an integral of the motion, by its index, in the step.
     pub(super) fn integrated(&self, kind: usize) -> f64 {
         self.end.integrals[kind] - self.start.integrals[kind]
     }
 
-    /// The closed contacts, by index.
+    /// Returns the closed contacts, by index.
     pub(super) fn contacts(&self) -> impl Iterator<Item = usize> {
         (0..self.closed.len()).filter(|&contact| self.closed[contact])
     }
 
-    /// `contact` at the fraction `s` of the step.
+    /// Returns `contact` at the fraction `s` of the step.
     pub fn touch<M: ClampMotion, W: Workpiece>(
         &self,
         filament: &Filament<M, W>,
@@ -88,13 +89,13 @@ impl Step<'_> {
         filament.touch(contact, &self.nodes(filament, s), start, self.time(s))
     }
 
-    /// The polar axis of the coordinates, the same at the start and at the end.
+    /// Returns the polar axis of the coordinates, which is constant in the step.
     pub fn chart(&self) -> PolarAxis {
         self.start.chart
     }
 
-    /// Coordinates and rates at the fraction `s` of the step, into `q` and `v`, about
-    /// [`Step::chart`].
+    /// Writes coordinates and rates at the fraction `s` of the step, about [`Step::chart`], into
+    /// `q` and `v`.
     pub fn coordinates(&self, s: f64, q: &mut [[f64; 2]], v: &mut [[f64; 2]]) {
         let knot = |state: &FilamentState, k: usize| Knot {
             value: state.q[k],
@@ -107,7 +108,7 @@ impl Step<'_> {
         }
     }
 
-    /// The integrals at the fraction `s` of the step (cubic Hermite interpolation).
+    /// Returns the integrals at the fraction `s` of the step (cubic Hermite interpolation).
     pub fn integrals(&self, s: f64) -> [f64; COUNT] {
         let (length, start, end) = (self.length(), self.start, self.end);
         std::array::from_fn(|i| {
@@ -119,7 +120,7 @@ impl Step<'_> {
     }
 }
 
-/// Position and velocity of the root at `time`.
+/// Returns position and velocity of the root at `time`.
 fn root<M: ClampMotion, W>(filament: &Filament<M, W>, time: f64) -> [[f64; 3]; 2] {
     let Clamp {
         position, velocity, ..
@@ -127,8 +128,8 @@ fn root<M: ClampMotion, W>(filament: &Filament<M, W>, time: f64) -> [[f64; 3]; 2
     [position, velocity]
 }
 
-/// The nodes of a filament a time `back` (s) before they are at `knots` at `time`, by their number
-/// from the root.
+/// Returns the nodes of a filament, by their number from the root, `back` (s) before they are at
+/// `knots` at `time`.
 pub(super) fn at_knots<M: ClampMotion, W>(
     filament: &Filament<M, W>,
     knots: &[Knot<3>],

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Asks simulations to end before their time, from any thread. Clones are one request.
+/// Request that simulations end early, from any thread. Clones share one request.
 ///
-/// A simulation looks for the request before each step, and then ends with an error that says so.
+/// A simulation checks the request before each step, and ends with
+/// [`Stopped`](super::IntegrationError::Stopped).
 ///
 /// ```
 /// use bristle::model::settings::Settings;
@@ -26,7 +27,7 @@ impl Stop {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Whether it has been made.
+    /// Returns `true` if the request has been made.
     #[must_use]
     pub fn is_requested(&self) -> bool {
         self.0.load(Ordering::Relaxed)

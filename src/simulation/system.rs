@@ -26,7 +26,7 @@ pub mod integral {
     pub const IMPULSE: usize = 1;
     /// Angular impulse of the contact force about the tool axis `z` in N m s.
     pub const ANGULAR_IMPULSE: usize = 4;
-    /// The part of the normal impulse on edges in N s.
+    /// Part of the normal impulse on edges in N s.
     pub const EDGE_IMPULSE: usize = 5;
     /// Energy taken by friction in J.
     pub const FRICTION_WORK: usize = 6;
@@ -34,42 +34,42 @@ pub mod integral {
     pub const JOINT_DISSIPATION: usize = 7;
     /// Energy taken by contact damping and friction in J.
     pub const CONTACT_DISSIPATION: usize = 8;
-    /// Work put in by the clamp and by a moving workpiece in J; without the clamp's, and only by a
-    /// workpiece that does not just translate, unless all energies are tracked.
+    /// Work of the clamp and of a moving workpiece in J. Unless all energies are tracked, it is
+    /// only that of a workpiece that does not just translate.
     pub const WORK: usize = 9;
     /// Natural logarithm of the factor by which the lateral variation of a planar state has been
     /// divided, so that it stays finite. Constant within a step.
     pub const VARIATION_SCALE: usize = 10;
     /// Sliding work `∫ F_n |v_t| dt` in J.
     pub const SLIDING_WORK: usize = 11;
-    /// The part of it on edges in J, next to it, then its first and second moment about the
-    /// bisectors of the edges in J rad and J rad².
+    /// Part of the sliding work on edges in J, then its first and second moment about their
+    /// bisectors in J rad and J rad².
     pub const EDGE_WORK: usize = 12;
-    /// The number of integrals.
+    /// Number of integrals.
     pub const COUNT: usize = 15;
 }
 
 use integral::COUNT;
 
-/// Where the lateral variation of a planar state leaves this range, it is divided by
-/// [`VARIATION_FACTOR`], or multiplied again. Divided, it stays above
+/// Range of the lateral variation of a planar state. Above it, the variation is divided by
+/// [`VARIATION_FACTOR`]; below it, multiplied again. A divided variation stays above
 /// [`LARGEST_CONTROLLED_VARIATION`](crate::integrate::LARGEST_CONTROLLED_VARIATION).
 const VARIATION_RANGE: Range<f64> = 1e32..1e90;
-/// See [`VARIATION_RANGE`].
+/// Factor of a rescaled variation, see [`VARIATION_RANGE`].
 const VARIATION_FACTOR: f64 = 1e50;
 
 /// Entries of a segment's block of coordinates, as its [`Form`] defines them.
 pub const COORDINATES: usize = 2;
 
-/// The state of a filament, with the integrals of [`integral`].
+/// State of a filament, with the integrals of [`integral`].
 ///
 /// Coordinates are in rad, as their [`Form`] defines them. In space the chart is the polar axis of
 /// the coordinates; planar ones have no chart.
 pub type FilamentState = State<PolarAxis, COORDINATES, COUNT>;
 
 impl FilamentState {
-    /// Keeps the lateral variation of a planar state finite. Its equations are linear, and where it
-    /// is divided, the tilt of the clamp that drives them is far too small to matter.
+    /// Keeps the lateral variation of a planar state finite. Its equations are linear. Where it is
+    /// divided, the tilt of the clamp that drives them is far too small to matter.
     pub(super) fn rescale_variation(&mut self) {
         let largest = self
             .q
@@ -92,8 +92,8 @@ impl FilamentState {
         self.integrals[integral::VARIATION_SCALE] -= factor.ln();
     }
 
-    /// Takes the other chart if a segment is near a pole of this one and the other is better for all
-    /// segments. Returns `true` if it does.
+    /// Changes to the other chart if a segment is near a pole of this one and the other is better
+    /// for all segments. Returns `true` if it does.
     ///
     /// Call this between steps, in space, with joints that are relaxed straight.
     pub fn leave_pole(&mut self) -> bool {
@@ -110,31 +110,31 @@ impl FilamentState {
     }
 }
 
-/// A filament's contact with the workpiece at one place: of a node with a face, or of the
+/// Contact of a filament with the workpiece at one place: of a node with a face, or of the
 /// centreline with an edge.
 #[derive(Clone, Copy, Debug)]
 pub struct Touch {
-    /// The place on the filament. A node is the outer end of its segment, or the root.
+    /// Place on the filament. A node is the outer end of its segment, or the root.
     pub station: Station,
-    /// Its position in m.
+    /// Position in m.
     pub position: [f64; 3],
-    /// The filament there, relative to the workpiece.
+    /// Filament at that place, relative to the workpiece.
     pub approach: Approach,
-    /// If it is an edge: the angle from its bisector in rad ([`Edge::angle`]).
+    /// Angle from the bisector of an edge in rad ([`Edge::angle`]); `None` on a face.
     pub on_edge: Option<f64>,
 }
 
-/// What a contact does to a filament, or several together.
+/// Forces and powers of a contact on a filament, or of several together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContactSum {
     /// `F_n` in N.
     pub normal: f64,
-    /// The part of `F_n` on edges in N.
+    /// Part of `F_n` on edges in N.
     pub on_edges: f64,
-    /// The whole force in N.
+    /// Whole force in N.
     pub force: [f64; 3],
-    /// Its moment about the tool axis in N m.
+    /// Moment of the force about the tool axis in N m.
     pub moment: f64,
     /// Power taken by friction in W.
     pub friction_power: f64,
@@ -142,8 +142,8 @@ pub struct ContactSum {
     pub damped_power: f64,
     /// `F_n |v_t|` in W.
     pub sliding_power: f64,
-    /// The part of it on edges in W, and its first and second moment about their bisectors in W rad
-    /// and W rad².
+    /// Part of it on edges in W, and its first and second moment about their bisectors in W rad and
+    /// W rad².
     pub edge_power: [f64; 3],
 }
 
@@ -160,22 +160,22 @@ impl AddAssign for ContactSum {
     }
 }
 
-/// One filament: its constants, the motion of its clamp, and the workpiece.
+/// Filament: its constants, the motion of its clamp, its contact law, and the workpiece.
 #[derive(Clone, Debug)]
 pub struct Filament<M, W> {
-    /// The constants.
+    /// Constants.
     pub chain: Chain<f64>,
-    /// How its clamp moves.
+    /// Motion of its clamp.
     pub motion: M,
-    /// Its contact law.
+    /// Contact law.
     pub law: ContactLaw,
-    /// The workpiece.
+    /// Workpiece.
     pub workpiece: W,
 }
 
 impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
-    /// The outer end of `segment` (from 0) at `position` with `velocity`, relative to the workpiece
-    /// at `time`.
+    /// Returns the outer end of `segment` (from 0) at `position` with `velocity`, relative to the
+    /// workpiece at `time`.
     #[inline]
     pub fn approach(
         &self,
@@ -190,15 +190,15 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
         }
     }
 
-    /// The number of its possible contacts: one for each node, and one for each edge of the
+    /// Returns the number of possible contacts: one for each node, and one for each edge of the
     /// workpiece.
     pub fn contacts(&self) -> usize {
         self.chain.segments() + self.workpiece.edges().len()
     }
 
-    /// A possible contact, by index: nodes first, then edges. `nodes` are the filament's nodes at
-    /// `time`. The search for its place on an edge begins at the segment `start`, or goes over all
-    /// segments.
+    /// Returns a possible contact, by index: nodes first, then edges. `nodes` are the filament's
+    /// nodes at `time`. The search for the place of a contact with an edge begins at the segment
+    /// `start`, or goes over all segments.
     #[inline]
     pub fn touch(
         &self,
@@ -238,8 +238,8 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
         }
     }
 
-    /// What a contact does, by the smooth law, even where it pulls: stages of a step that ends on
-    /// an opening can lie past it.
+    /// Returns forces and powers of a contact by the smooth law, even where it pulls: stages of a
+    /// step that ends on an opening can lie past it.
     pub fn sum(
         &self,
         Touch {
@@ -267,8 +267,8 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     }
 
     /// Calls `take` with each contact that presses, by index. Returns the largest
-    /// [`ContactLaw::pressing`] of all contacts, and the distance in m of the nearest one from the
-    /// workpiece, which is negative where it penetrates.
+    /// [`ContactLaw::pressing`] of all contacts, and their smallest distance from the workpiece in
+    /// m, negative for a penetration.
     pub fn for_each_pressing(
         &self,
         nodes: impl Fn(usize) -> [[f64; 3]; 2],
@@ -313,13 +313,13 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
         EdgeContact::new(&self.law, edge, station, nodes, time)
     }
 
-    /// How to solve the stages of its steps.
+    /// Returns the method for the stages of its steps.
     ///
     /// A single correction leaves a little energy in each stage. Any damping of the filament
-    /// removes it. Without dampers it accumulates: over twenty swings of a chain, to sixty times
-    /// the error of converged stages. With friction a single correction must be small to be enough.
-    /// With contact damping besides, the force is so steep where nodes come off that only converged
-    /// stages keep the account of the energies.
+    /// removes that energy. Without dampers it accumulates: over twenty swings of a chain, to sixty
+    /// times the error of converged stages. With friction a single correction suffices only if it
+    /// is small. With friction and contact damping, the force is so steep where nodes come off that
+    /// only converged stages keep the energy balance.
     pub fn stage_solution(&self) -> StageSolution {
         let damped = self.chain.links.iter().any(|link| link.damping > 0.0);
         match (damped, self.law.friction > 0.0) {
@@ -330,9 +330,9 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
         }
     }
 
-    /// How deep a node may be past its event at the end of a step, in m: `1e-4 × relative tolerance
-    /// × l_f`, or less if the contact is so stiff that this depth would cause a force above
-    /// `relative tolerance × E I/l_f²`.
+    /// Returns the largest distance past its event at which a node may end a step, in m: `1e-4 ×
+    /// relative tolerance × l_f`, or less if the contact is so stiff that this depth would cause a
+    /// force above `relative tolerance × E I/l_f²`.
     pub fn event_tolerance(&self, relative: f64, time: f64) -> f64 {
         let chain = &self.chain;
         let length = chain.length * chain.segments() as f64;
@@ -343,9 +343,9 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
         (1e-4 * relative * length).min(by_force).max(rounding)
     }
 
-    /// The same in m for a pass whose work is limited: `1e-2 × relative tolerance × l_f`, or less
-    /// if the contact would store more energy there than `1e-2 × relative tolerance × E I/l_f`,
-    /// because switching gains or loses that energy.
+    /// Returns that distance in m for a pass whose work is limited: `1e-2 × relative tolerance ×
+    /// l_f`, or less if the contact would store more energy there than `1e-2 × relative tolerance ×
+    /// E I/l_f`. Switching gains or loses that energy.
     pub fn coarse_event_tolerance(&self, relative: f64) -> f64 {
         let chain = &self.chain;
         let length = chain.length * chain.segments() as f64;
@@ -356,9 +356,9 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
         (share * length).min((power * energy / self.law.stiffness).powf(1.0 / power))
     }
 
-    /// The largest force in N with which a contact may begin or end, because its events are located
-    /// to `location` (m): ten times that at this depth, or a thousandth of `E I/l_f²`, which no
-    /// result depends on.
+    /// Returns the largest force in N with which a contact may begin or end if its events are
+    /// located to `location` (m). It is ten times the force at this depth, or a thousandth of `E
+    /// I/l_f²`, on which no result depends.
     pub fn largest_jump(&self, location: f64) -> f64 {
         let chain = &self.chain;
         let length = chain.length * chain.segments() as f64;
@@ -367,25 +367,26 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     }
 }
 
-/// The equations of a filament in contact, or of one per lane of `T`, and the state of its nodes:
-/// open or closed.
+/// Equations of a filament in contact, or of one per lane of `T`, and the active set: its closed
+/// contacts.
 #[derive(Clone, Debug)]
 pub struct FilamentSystem<M, W, T = f64> {
     equations: Equations<T>,
-    /// One per lane.
+    /// Filament of each lane.
     filaments: Vec<Filament<M, W>>,
-    /// The lanes in which each contact is closed: those of nodes, then those with edges.
+    /// Lanes in which each contact is closed: contacts of nodes, then contacts with edges.
     closed: Vec<LaneSet>,
-    /// The segment at which the search for the contact with an edge begins, by edge and lane.
+    /// Segment at which the search for the contact with an edge begins, by edge and lane.
     starts: Vec<Vec<usize>>,
     tracks_energy: bool,
-    /// The time for which the clamps were last evaluated, and their motion there.
+    /// Time for which the clamps were last evaluated, and their motion there.
     clamp: (T, Clamp<T>),
     scratch: Vec<[T; 2]>,
 }
 
 impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
-    /// The filament `chain`, clamped to `motion`, that meets `workpiece` under `law`.
+    /// Creates the system of a filament `chain`, clamped to `motion`, that meets `workpiece` under
+    /// `law`.
     ///
     /// With `tracks_energy` all quantities of [`integral`] are integrated, otherwise all but the
     /// work of the clamp and of a workpiece that translates.
@@ -408,17 +409,17 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
         )
     }
 
-    /// The state at `time` with the coordinates `q` and the rates `v`: in space those about `z`.
-    /// Nodes that press on the workpiece in this state are closed.
+    /// Creates the state at `time` with the coordinates `q` and the rates `v`, in space about `z`.
+    /// Closes the contacts that press in this state.
     ///
-    /// Where a segment is near a pole of `z`, the chart about `x` is taken if it is better, as stated
-    /// in the returned state. At a pole itself, `θ` is that of the plane in which `φ` moves, and
-    /// `θ̇` is meaningless.
+    /// If a segment is near a pole of `z`, the returned state has the chart about `x` where that is
+    /// better. At a pole itself, `θ` is that of the plane in which `φ` moves, and `θ̇` is
+    /// meaningless.
     pub fn state(&mut self, time: f64, q: Vec<[f64; 2]>, v: Vec<[f64; 2]>) -> FilamentState {
         self.state_about(PolarAxis::Z, time, q, v)
     }
 
-    /// The same, which converts the coordinates to those about `preferred`.
+    /// Creates that state with coordinates converted to those about `preferred`.
     pub(super) fn state_about(
         &mut self,
         preferred: PolarAxis,
@@ -455,14 +456,14 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
         State::new(self, time, q, v)
     }
 
-    /// Energies at a state.
+    /// Returns the energies at a state.
     pub fn energies(&mut self, state: &FilamentState) -> Energies<f64> {
         self.place(state);
         let (equations, at, _) = self.parts(state.time, &state.q, &state.v);
         equations.energies(at)
     }
 
-    /// Energy stored in the closed contacts at a state, in J.
+    /// Returns the energy stored in the closed contacts at a state, in J.
     pub fn contact_energy(&mut self, state: &FilamentState) -> f64 {
         self.place(state);
         let filament = &self.filaments[0];
@@ -483,7 +484,7 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
         equations.place(at);
     }
 
-    /// Position, velocity and acceleration of every node at a state.
+    /// Writes position, velocity and acceleration of every node at a state.
     pub(super) fn track(&mut self, state: &FilamentState, knots: &mut [Knot<3>]) {
         self.equations.set_chart(state.chart);
         let (equations, at, _) = self.parts(state.time, &state.q, &state.v);
@@ -493,9 +494,9 @@ impl<M: ClampMotion, W: Workpiece> FilamentSystem<M, W> {
 }
 
 impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
-    /// Filaments with the same number of segments, one per lane, with equations of the given form;
-    /// see [`FilamentSystem::new`]. The planar form requires that [`Pass::form`](super::Pass::form)
-    /// would choose it.
+    /// Creates the system of filaments with the same number of segments, one per lane, with
+    /// equations of the given form; see [`FilamentSystem::new`]. The planar form requires that
+    /// [`Pass::form`](super::Pass::form) would choose it.
     ///
     /// # Panics
     /// If their number differs from that of the lanes, or if their numbers of segments differ.
@@ -548,17 +549,18 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         }
     }
 
-    /// `true` if a motion may change its chart: in space, with joints that are relaxed straight.
+    /// Returns `true` if a motion may change its chart: in space, with joints that are relaxed
+    /// straight.
     pub fn has_two_charts(&self) -> bool {
         self.equations.form() == Form::Spatial && self.equations.chain().is_relaxed_straight()
     }
 
-    /// The filament of a lane.
+    /// Returns the filament of a lane.
     pub fn filament(&self, lane: usize) -> &Filament<M, W> {
         &self.filaments[lane]
     }
 
-    /// True if `contact` is closed in `lane`: that of a node, or with an edge
+    /// Returns `true` if `contact`, of a node or with an edge, is closed in `lane`
     /// ([`Filament::touch`]).
     pub fn is_closed(&self, lane: usize, contact: usize) -> bool {
         self.closed[contact].contains(lane)
@@ -573,15 +575,15 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         }
     }
 
-    /// The search for the place of `contact` in `lane` begins at `segment` from now on. Of no
-    /// effect on nodes.
+    /// Lets the search for the place of `contact` in `lane` begin at `segment`. It has no effect on
+    /// nodes.
     pub fn set_start(&mut self, lane: usize, contact: usize, segment: usize) {
         if let Some(edge) = contact.checked_sub(self.equations.segments()) {
             self.starts[edge][lane] = segment;
         }
     }
 
-    /// The nodes of one lane, where they were last placed.
+    /// Returns the nodes of one lane, where they were last placed.
     fn lane(&self, lane: usize) -> impl Fn(usize) -> [[f64; 3]; 2] {
         let (equations, clamp) = (&self.equations, &self.clamp.1);
         move |index| match index.checked_sub(1) {
@@ -593,25 +595,26 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         }
     }
 
-    /// Position, velocity and acceleration of every node of `lane`, at the end of the last step.
+    /// Writes position, velocity and acceleration of every node of `lane`, at the end of the last
+    /// step.
     pub fn nodes(&self, lane: usize, knots: &mut [Knot<3>]) {
         self.equations.nodes(lane, knots);
     }
 
-    /// The loads at `time` on closed nodes.
+    /// Returns the loads of closed contacts at `time`.
     pub fn loads(&self, time: T) -> ContactLoads<'_, M, W, T> {
         ContactLoads::new(&self.filaments, &self.closed, &self.starts, time)
     }
 
     /// Evaluates the clamps at `time`.
     fn set_time(&mut self, time: T) {
-        // NaN means that they must be evaluated again: it does not equal any time.
+        // NaN equals no time: the clamps are then evaluated again.
         if (0..T::LANES).any(|lane| self.clamp.0.lane(lane) != time.lane(lane)) {
             self.clamp = (time, M::in_lanes(|lane| &self.filaments[lane].motion, time));
         }
     }
 
-    /// The equations, the state of the chains, and the loads at `time`.
+    /// Returns the equations, the state of the chains, and the loads at `time`.
     fn parts<'a>(
         &'a mut self,
         time: T,
@@ -627,7 +630,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         (&mut self.equations, self.clamp.1.holding(q, v), loads)
     }
 
-    /// Rates of the contact's integrals, where the dynamics were last placed.
+    /// Adds the rates of the contact's integrals, where the dynamics were last placed.
     fn add_contact_rates(&self, time: T, rates: &mut [T; COUNT]) {
         let segments = self.equations.segments();
         for (contact, &lanes) in self.closed.iter().enumerate() {
@@ -686,8 +689,8 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         rates[integral::JOINT_DISSIPATION] = dissipation + dissipation;
     }
 
-    /// Rates of the other integrals. Afterwards the dynamics are placed, with the accelerations of
-    /// the nodes.
+    /// Returns the rates of the other integrals. Afterwards the dynamics are placed, with the
+    /// accelerations of the nodes.
     fn energy_rates(&mut self, at: &Point<'_, T, 2>) -> [T; COUNT] {
         let mut scratch = std::mem::take(&mut self.scratch);
         self.residual(at, &mut scratch);
@@ -761,12 +764,11 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
             return self.rates(at);
         }
         let mut rates = zero();
-        // With the angles before the last correction of the stage, which is far below the
-        // tolerance.
+        // The angles precede the last correction of the stage, which is far below the tolerance.
         self.add_joint_dissipation(at, &mut rates);
         if self.closed.iter().any(|lanes| !lanes.is_empty()) {
             if !self.carries_variation() {
-                // With a variation its solution has moved the nodes.
+                // The solution of a variation has already moved the nodes.
                 self.equations.shift(correction, weights);
             }
             self.add_contact_rates(at.time, &mut rates);
@@ -820,19 +822,19 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> SecondOrderSystem<T, COORDINATES
     }
 }
 
-/// The loads of closed contacts, at one instant per lane.
+/// Loads of closed contacts, at one instant per lane.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactLoads<'a, M, W, T> {
     filaments: &'a [Filament<M, W>],
-    /// The lanes in which each node is closed.
+    /// Lanes in which each node is closed.
     closed: &'a [LaneSet],
-    /// The lanes in which the contact with each edge is closed.
+    /// Lanes in which the contact with each edge is closed.
     on_edges: &'a [LaneSet],
-    /// See [`FilamentSystem::set_start`].
+    /// Segments of [`FilamentSystem::set_start`].
     starts: &'a [Vec<usize>],
-    /// Whether nothing is closed in any lane.
+    /// `true` if nothing is closed in any lane.
     empty: bool,
-    /// Whether there is friction in any lane.
+    /// `true` if there is friction in any lane.
     frictional: bool,
     time: T,
 }
@@ -860,8 +862,8 @@ impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
         }
     }
 
-    /// Calls `take` with each group of closed contacts with an edge that are on the same segment:
-    /// the segment, and the contact of each lane with its lane.
+    /// Calls `take` with each segment that touches an edge, and its closed contacts with that edge
+    /// by lane.
     fn for_each_segment(
         &self,
         nodes: &dyn NodeMotion,
@@ -897,8 +899,8 @@ impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
         }
     }
 
-    /// What `set` makes of `none` in each lane in which a node at a position with a velocity is
-    /// closed; `None` if it is closed in none.
+    /// Applies `set` to `none` for each lane in which a node is closed. Returns `None` if it is
+    /// closed in no lane.
     #[inline(always)]
     fn of_node<R>(
         &self,
@@ -928,14 +930,14 @@ impl<'a, M: ClampMotion, W: Workpiece, T: Lanewise> ContactLoads<'a, M, W, T> {
     }
 }
 
-/// The closed contacts with one edge by lane, on one segment or on several.
+/// Closed contacts with one edge by lane, on one segment or on several.
 struct Edges<'a, M, W> {
     edge: usize,
     contacts: [Option<(&'a Filament<M, W>, EdgeContact)>; LANES],
 }
 
 impl<M, W> Edges<'_, M, W> {
-    /// Keeps those on `segment`, and returns the others.
+    /// Keeps the contacts on `segment`, and returns the others.
     fn leave(&mut self, segment: usize) -> Self {
         let mut rest = Self {
             edge: self.edge,

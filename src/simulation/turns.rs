@@ -1,55 +1,55 @@
-//! The turns of a pass: the filament turns on after its contact, vibrates freely, and comes back as
-//! it is.
+//! The turns of a pass: after its contact the filament turns on, vibrates freely, and returns in
+//! its actual state.
 //!
 //! Each turn begins at the lead angle before nominal entry and lasts for a whole turn of the tool,
-//! also the last one: a filament that vibrates may swing ahead and touch the workpiece before it is
-//! due, so that its contact spans two turns. A single turn ends at the tail angle after nominal
-//! exit or, if the filament still touches the workpiece there, when it no longer does.
+//! also the last one: a vibrating filament may swing ahead and touch the workpiece early, so that
+//! its contact spans two turns. A single turn ends at the tail angle after nominal exit, or later
+//! with the contact.
 
 use super::system::integral::NORMAL_IMPULSE;
 use super::trajectory::Trajectory;
 use crate::model::settings::Turns;
 
-/// The impulse is steady if it changes by less than this share of it from one turn to the next.
-const STEADY: f64 = 1e-3;
+/// Relative change of the impulse from turn to turn below which it is steady.
+const MAX_STEADY_CHANGE: f64 = 1e-3;
 
-/// The time at which a turn begins in s, if each lasts `turn_time` (s). Turns are counted from 0.
+/// Returns the start of a turn in s, if each lasts `turn_time` (s). Turns are counted from 0.
 pub(super) fn start_of_turn(turn: usize, turn_time: f64) -> f64 {
     turn as f64 * turn_time
 }
 
-/// Where a pass is on its way through its turns.
+/// Progress of a pass through its turns.
 #[derive(Clone, Debug)]
 pub(super) struct Itinerary {
     turns: Turns,
     /// Turns that do not count, before the first.
     before: usize,
-    /// Times in s for a whole turn, and from its beginning to the tail angle.
+    /// Durations in s of a whole turn, and from its beginning to the tail angle.
     turn_time: f64,
     pass_time: f64,
     leg: Leg,
-    /// The normal impulse in N s when the turn began.
+    /// Normal impulse in N s when the turn began.
     earlier: f64,
-    /// The normal impulse in N s of each turn so far.
+    /// Normal impulse in N s of each turn so far.
     impulses: Vec<f64>,
 }
 
-/// The parts of a turn.
+/// Part of a turn.
 #[derive(Clone, Copy, Debug)]
 enum Leg {
-    /// The turns that do not count.
+    /// Turns that do not count.
     Before,
-    /// From its beginning to the tail angle.
+    /// Beginning to tail angle.
     Pass,
-    /// On from there as long as the filament touches.
+    /// Rest of the contact after the tail angle.
     Contact,
-    /// On to the end of the turn.
+    /// Rest of the turn.
     Flight,
 }
 
 impl Itinerary {
-    /// At the beginning, with the number of turns `before` the first that counts. A turn lasts
-    /// `turn_time` (s), and `pass_time` (s) to its tail angle.
+    /// Creates an itinerary at its beginning, with the number of turns `before` the first that
+    /// counts. A turn lasts `turn_time` (s), and `pass_time` (s) to its tail angle.
     pub fn new(turns: Turns, before: usize, turn_time: f64, pass_time: f64) -> Self {
         let impulses = Vec::with_capacity(turns.at_most());
         let leg = if before > 0 { Leg::Before } else { Leg::Pass };
@@ -64,7 +64,7 @@ impl Itinerary {
         }
     }
 
-    /// Sends a trajectory that has reached its end on. Returns false at the end of the last turn.
+    /// Extends a trajectory that has reached its end. Returns `false` at the end of the last turn.
     pub fn proceed(&mut self, trajectory: &mut Trajectory) -> bool {
         let next_turn = start_of_turn(self.before + self.impulses.len() + 1, self.turn_time);
         let is_single = self.turns.at_most() == 1;
@@ -100,9 +100,9 @@ impl Itinerary {
         true
     }
 
-    /// Whether the turns so far are all.
+    /// Returns `true` if no turn is left.
     fn is_over(&self) -> bool {
-        // What is not finite will not become steady either.
+        // An impulse that is not finite will not become steady.
         let has_settled = || {
             are_steady(&self.impulses)
                 || self
@@ -114,21 +114,23 @@ impl Itinerary {
             || (self.turns == Turns::Steady && has_settled())
     }
 
-    /// Whether the turns should have become steady, but have not.
+    /// Returns `true` if the turns should have become steady, but have not.
     pub fn is_unsteady(&self) -> bool {
         self.turns == Turns::Steady && !are_steady(&self.impulses)
     }
 
-    /// The normal impulse in N s of each turn.
+    /// Returns the normal impulse in N s of each turn.
     pub fn into_impulses(self) -> Vec<f64> {
         self.impulses
     }
 }
 
-/// `true` if the last two of the turns with these normal impulses (N s) have the same one. Two turns
-/// without contact have.
+/// Returns `true` if the last two turns have the same normal impulse (N s), also if both have none.
 pub(crate) fn are_steady(impulses: &[f64]) -> bool {
-    matches!(*impulses, [.., before, last] if last == before || (last - before).abs() < STEADY * last)
+    matches!(
+        *impulses,
+        [.., before, last] if last == before || (last - before).abs() < MAX_STEADY_CHANGE * last
+    )
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Tools: where they hold a filament, and how they move its clamp.
+//! Tools: mounting of a filament, and motion of its clamp.
 //!
 //! A [`Tool`] is geometry: the clamp with the tool body at a given angle. [`Turning`] sets it in
 //! motion. [`RotaryTool`] is the tool of the settings, and a [`SampledTool`] has any motion;
@@ -18,13 +18,13 @@ pub use crate::model::pose::Pose;
 use crate::model::settings::Settings;
 pub use crate::model::trim::{Place, Trim, places};
 
-/// How a clamp moves. A filament system needs no more than this.
+/// Motion of a clamp. A filament system needs no more than this.
 pub trait ClampMotion {
-    /// Position, direction and their derivatives at `time` in s.
+    /// Returns position, direction and their derivatives at `time` in s.
     fn at(&self, time: f64) -> Clamp<f64>;
 
-    /// [`ClampMotion::at`] for several clamps, one per lane of `times`. In each lane the result
-    /// must have the same bits.
+    /// Computes [`ClampMotion::at`] for several clamps, one per lane of `times`. In each lane the
+    /// result must have the same bits.
     fn in_lanes<'a, T: Lanewise>(clamp: impl Fn(usize) -> &'a Self, times: T) -> Clamp<T>
     where
         Self: Sized + 'a,
@@ -59,12 +59,12 @@ pub trait ClampMotion {
 /// }
 /// ```
 pub trait Tool {
-    /// The clamp with the body at `angle` (`β` in rad), turning at the constant `rate` (`ω` in
-    /// rad/s).
+    /// Returns the clamp with the body at `angle` (`β` in rad), turning at the constant `rate` (`ω`
+    /// in rad/s).
     fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64>;
 
-    /// [`Tool::clamp`] for several tools, one per lane. In each lane the result must have the same
-    /// bits.
+    /// Computes [`Tool::clamp`] for several tools, one per lane. In each lane the result must have
+    /// the same bits.
     fn in_lanes<'a, T: Lanewise>(tool: impl Fn(usize) -> &'a Self, angles: T, rates: T) -> Clamp<T>
     where
         Self: Sized + 'a,
@@ -72,21 +72,22 @@ pub trait Tool {
         Clamp::from_lanes(|lane| tool(lane).clamp(angles.lane(lane), rates.lane(lane)))
     }
 
-    /// The undeformed radius `R` in m with filaments of the free length `filament_length` (m): the
-    /// distance of the tips from the axis. The brushing velocity is `v_b = ω R`.
+    /// Returns the undeformed radius `R` in m with filaments of the free length `filament_length`
+    /// (m): the distance of the tips from the axis. The brushing velocity is `v_b = ω R`.
     fn radius(&self, filament_length: f64) -> f64;
 
-    /// True if the clamp stays in the plane `z = 0` at every angle: `z` of its position and of its
-    /// direction is zero. On a [planar workpiece](crate::workpiece::Workpiece::is_planar) its
-    /// filament is then simulated in that plane.
+    /// Returns `true` if the clamp stays in the plane `z = 0` at every angle: `z` of its position
+    /// and of its direction is zero. On a [planar
+    /// workpiece](crate::workpiece::Workpiece::is_planar) its filament is then simulated in that
+    /// plane.
     ///
-    /// The default is false, which is always right.
+    /// The default is `false`, which is always right.
     fn is_planar(&self) -> bool {
         false
     }
 
-    /// The undeformed filament with the body at `angle` (rad), turning at `rate` (rad/s): `[φ, θ]`
-    /// about `z` in rad of all its segments, and their rates in rad/s.
+    /// Returns the undeformed filament with the body at `angle` (rad), turning at `rate` (rad/s):
+    /// `[φ, θ]` about `z` in rad of all its segments, and their rates in rad/s.
     ///
     /// The default reads them off [`Tool::clamp`]. A tool that knows them can state them exactly.
     fn undeformed(&self, angle: f64, rate: f64) -> [[f64; 2]; 2] {
@@ -108,7 +109,7 @@ pub trait Tool {
 /// A tool that turns at a constant rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turning<T> {
-    /// The tool.
+    /// Tool.
     pub tool: T,
     /// Rate `ω` in rad/s.
     pub rate: f64,
@@ -117,7 +118,7 @@ pub struct Turning<T> {
 }
 
 impl<T> Turning<T> {
-    /// `β` at `time` (s), in rad.
+    /// Returns `β` at `time` (s), in rad.
     pub fn angle(&self, time: f64) -> f64 {
         self.initial_angle + self.rate * time
     }
@@ -161,11 +162,11 @@ impl ClampMotion for FixedClamp {
     }
 }
 
-/// The tool of the settings, in its own frame: one filament of a trim that turns about `z` (MODEL,
+/// Tool of the settings, in its own frame: one filament of a trim that turns about `z` (MODEL,
 /// "Rotary tools of any kind and pose").
 ///
 /// Its root is at `r_0 = r ρ̂ + z ẑ`, and the clamp holds it along `e_0 = cos ε ρ̂ + sin ε ẑ`,
-/// where `ε` is its elevation and its lateral tilt.
+/// where `ε` is the sum of elevation and lateral tilt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotaryTool {
     /// Distance `r` of the root from the axis in m.
@@ -175,12 +176,12 @@ pub struct RotaryTool {
     /// Angle of the undeformed filament out of the plane of rotation, towards `+z`, in rad: `π/2 −
     /// γ`.
     pub elevation: f64,
-    /// Tilt `τ` of the clamp out of there, in the same sense, in rad: an imperfection.
+    /// Additional tilt `τ` of the clamp in the same sense, in rad: an imperfection.
     pub lateral_tilt: f64,
 }
 
 impl RotaryTool {
-    /// A radial filament in the plane of rotation, on a body of the radius `body_radius` (m).
+    /// Creates a radial filament in the plane of rotation, on a body of `body_radius` (m).
     pub const fn radial(body_radius: f64) -> Self {
         Self {
             root_radius: body_radius,
@@ -190,12 +191,12 @@ impl RotaryTool {
         }
     }
 
-    /// The filament in the middle of the trim that `settings` state.
+    /// Creates the filament in the middle of the trim that `settings` state.
     pub fn of(settings: &Settings) -> Self {
         Self::at(settings, 0.0)
     }
 
-    /// The filament at the place `s` (m) of the trim.
+    /// Creates the filament at the place `s` (m) of the trim.
     pub fn at(settings: &Settings, s: f64) -> Self {
         let trim = Trim::of(settings);
         let [root_radius, height] = trim.root(s);
@@ -208,7 +209,7 @@ impl RotaryTool {
         }
     }
 
-    /// Angle `ε` of the clamp out of the plane of rotation in rad.
+    /// Returns the angle `ε` of the clamp out of the plane of rotation in rad.
     fn inclination(&self) -> f64 {
         self.elevation + self.lateral_tilt
     }
@@ -264,8 +265,8 @@ impl Tool for RotaryTool {
     }
 }
 
-/// The clamp of a radial filament: `r_0 = r_g e_0`, `e_0 = (cos β, sin β, 0)`, at the angle `β`
-/// (rad), rate `β̇` and acceleration `β̈` of the body.
+/// Returns the clamp of a radial filament: `r_0 = r_g e_0`, `e_0 = (cos β, sin β, 0)`, at the angle
+/// `β` (rad), rate `β̇` and acceleration `β̈` of the body.
 pub fn radial_clamp(body_radius: f64, angle: f64, rate: f64, acceleration: f64) -> Clamp<f64> {
     RadialClamp {
         body_radius,
@@ -276,7 +277,7 @@ pub fn radial_clamp(body_radius: f64, angle: f64, rate: f64, acceleration: f64) 
     .run()
 }
 
-/// The arguments of [`radial_clamp`], for one tool or for one per lane.
+/// Arguments of [`radial_clamp`], for one tool or for one per lane.
 struct RadialClamp<T> {
     body_radius: T,
     angle: T,

@@ -8,17 +8,16 @@ use super::Tool;
 use crate::equations::Clamp;
 use crate::equations::linear::{add, dot, scale, sub};
 
-/// Terms of a Fourier series that are smaller than this share of the largest are rounding errors of
-/// the transform.
-const NOISE: f64 = 1e-14;
+/// Largest size of terms of a Fourier series that are rounding errors, over the largest term.
+const NOISE_SHARE: f64 = 1e-14;
 
-/// Samples that differ by no more than this share of their size from the first one, turned with the
-/// body, turn rigidly with it. It is above the rounding of single precision, and the rates of a
-/// motion that is not rigid by so little do not matter.
-const RIGID: f64 = 1e-6;
+/// Largest share of their size by which rigidly turning samples differ from the first one, turned
+/// with the body. It is above the rounding of single precision. The rates of a motion so nearly
+/// rigid do not matter.
+const RIGIDITY_TOLERANCE: f64 = 1e-6;
 
-/// The fewest samples of a turn: with two, an angle and the same one backwards are not told apart.
-const FEWEST: usize = 3;
+/// Least number of samples of a turn: two do not tell an angle from the same one backwards.
+const MIN_SAMPLES: usize = 3;
 
 /// A vector over a turn, `Σ a_m cos mβ + b_m sin mβ`: `[a_m, b_m]` by `m`.
 type Series = Vec<[[f64; 3]; 2]>;
@@ -30,8 +29,8 @@ type Series = Vec<[[f64; 3]; 2]>;
 /// that are close to each other.
 ///
 /// Where position and direction turn rigidly about `z`, so does the body from which the dampers see
-/// the filament. Of another motion no more is known of the body than that it turns with the
-/// direction: it is assumed not to turn about the filament ([`Clamp::without_spin`]).
+/// the filament. Otherwise only the turn of the direction is known: the body is assumed not to turn
+/// about the filament ([`Clamp::without_spin`]).
 ///
 /// ```
 /// use bristle::tool::{RotaryTool, SampledTool, Tool};
@@ -51,33 +50,33 @@ pub struct SampledTool {
     samples: Vec<[[f64; 3]; 2]>,
     position: Series,
     direction: Series,
-    /// True if the clamp turns rigidly about `z`.
+    /// `true` if the clamp turns rigidly about `z`.
     is_rigid: bool,
 }
 
 /// Samples that do not define a tool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SamplesError {
-    /// There are fewer than three.
+    /// There are fewer than three samples.
     TooFew {
-        /// Their number.
+        /// Number of samples.
         count: usize,
     },
     /// There are not as many positions as directions.
     Unlike {
-        /// The number of positions.
+        /// Number of positions.
         positions: usize,
-        /// The number of directions.
+        /// Number of directions.
         directions: usize,
     },
     /// A number is not finite.
     NotFinite {
-        /// The sample, counted from 0.
+        /// Sample, counted from 0.
         sample: usize,
     },
     /// A direction is zero.
     NoDirection {
-        /// The sample, counted from 0.
+        /// Sample, counted from 0.
         sample: usize,
     },
 }
@@ -87,7 +86,7 @@ impl Display for SamplesError {
         match self {
             Self::TooFew { count } => write!(
                 formatter,
-                "a turn needs at least {FEWEST} samples, not {count}"
+                "a turn needs at least {MIN_SAMPLES} samples, not {count}"
             ),
             Self::Unlike {
                 positions,
@@ -109,8 +108,8 @@ impl Display for SamplesError {
 impl Error for SamplesError {}
 
 impl SampledTool {
-    /// The tool whose filament is clamped at `positions` (m) along `directions` (of any length)
-    /// while its body is at the angles 0, 2π/k, … 2π (k - 1)/k.
+    /// Creates the tool whose filament is clamped at `positions` (m) along `directions` (of any
+    /// length) while its body is at the angles 0, 2π/k, … 2π (k - 1)/k.
     ///
     /// # Errors
     /// If these do not define a tool.
@@ -124,7 +123,7 @@ impl SampledTool {
                 directions: directions.len(),
             });
         }
-        if count < FEWEST {
+        if count < MIN_SAMPLES {
             return Err(SamplesError::TooFew { count });
         }
         let sample = |(sample, (position, direction)): (usize, (&[f64; 3], &[f64; 3]))| {
@@ -155,19 +154,19 @@ impl SampledTool {
     }
 }
 
-/// True if all samples are the first one, turned about `z` to their angles.
+/// Returns `true` if all samples are the first one, turned about `z` to their angles.
 fn turns_rigidly(samples: &[[[f64; 3]; 2]]) -> bool {
     let count = samples.len();
     samples.iter().enumerate().all(|(k, sample)| {
         let (sin, cos) = (TAU * k as f64 / count as f64).sin_cos();
         sample.iter().zip(&samples[0]).all(|(vector, &[x, y, z])| {
             let apart = sub(*vector, [cos * x - sin * y, sin * x + cos * y, z]);
-            dot(apart, apart).sqrt() <= RIGID * dot(*vector, *vector).sqrt()
+            dot(apart, apart).sqrt() <= RIGIDITY_TOLERANCE * dot(*vector, *vector).sqrt()
         })
     })
 }
 
-/// The Fourier series through vectors at equal angles of a turn, as far as its terms are more than
+/// Returns the Fourier series through vectors at equal angles of a turn, up to the last term above
 /// rounding errors.
 fn series(vectors: impl ExactSizeIterator<Item = [f64; 3]> + Clone) -> Series {
     let count = vectors.len();
@@ -201,13 +200,13 @@ fn series(vectors: impl ExactSizeIterator<Item = [f64; 3]> + Clone) -> Series {
     let largest = series.iter().map(size).fold(0.0, f64::max);
     let kept = series
         .iter()
-        .rposition(|term| size(term) > NOISE * largest)
+        .rposition(|term| size(term) > NOISE_SHARE * largest)
         .map_or(0, |last| last + 1);
     series.truncate(kept);
     series
 }
 
-/// The value of a series at an angle (rad), and its first two derivatives with respect to it.
+/// Returns the value of a series at an angle (rad), and its first two derivatives by this angle.
 fn at(series: &Series, angle: f64) -> [[f64; 3]; 3] {
     let mut values = [[0.0; 3]; 3];
     for (order, [cosine, sine]) in series.iter().enumerate() {
@@ -248,7 +247,7 @@ impl Tool for SampledTool {
         }
     }
 
-    /// That of the sampled angle at which it is largest.
+    /// Returns the largest radius at a sampled angle.
     fn radius(&self, filament_length: f64) -> f64 {
         let tip = |[position, direction]: &[[f64; 3]; 2]| {
             add(*position, scale(filament_length, *direction))
@@ -272,7 +271,7 @@ mod tests {
     use super::*;
     use crate::tool::RotaryTool;
 
-    /// A round tool, tilted so that its motion is not planar, sampled `count` times.
+    /// Returns a round tool, tilted so that its motion is not planar, and `count` samples.
     fn sampled(count: usize) -> (RotaryTool, SampledTool) {
         let round = RotaryTool {
             lateral_tilt: 0.2,

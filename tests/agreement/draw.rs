@@ -1,4 +1,4 @@
-//! Random settings of brushes that can be built, and what makes them simpler.
+//! Random settings of brushes that can be built, and simplifications of them.
 
 use std::f64::consts::TAU;
 
@@ -8,22 +8,22 @@ use bristle::model::settings::{
 };
 use fastrand::Rng;
 
-/// A number between two positive ones, evenly by its logarithm.
+/// Draws a number between two positive ones, evenly by its logarithm.
 pub fn between(random: &mut Rng, low: f64, high: f64) -> f64 {
     low * (high / low).powf(random.f64())
 }
 
-/// A number from `−largest` to `largest`.
+/// Draws a number from `−largest` to `largest`.
 pub fn about_zero(random: &mut Rng, largest: f64) -> f64 {
     largest * (2.0 * random.f64() - 1.0)
 }
 
-/// True once in `times`.
+/// `true` once in `times`.
 pub fn once_in(random: &mut Rng, times: usize) -> bool {
     random.usize(..times) == 0
 }
 
-/// Settings of one filament alone, all of whose numbers fit together.
+/// Draws settings of one filament alone that fit together.
 pub fn settings(random: &mut Rng) -> Settings {
     loop {
         let settings = proposal(random);
@@ -81,7 +81,7 @@ fn contact(settings: &mut Settings, random: &mut Rng) {
     let contact = &mut settings.contact;
     contact.stiffness_n_m = between(random, 1e4, 1e6);
     if once_in(random, 5) {
-        // As stiff as a linear one at a tenth of a millimetre.
+        // The law is as stiff as a linear one at a tenth of a millimetre.
         contact.exponent = 1.0 + random.f64();
         contact.stiffness_n_m *= 1e-4_f64.powf(1.0 - contact.exponent);
     }
@@ -96,7 +96,7 @@ fn contact(settings: &mut Settings, random: &mut Rng) {
     }
 }
 
-/// A workpiece of any kind, within the reach of the tool.
+/// Draws a workpiece of any kind, within the reach of the tool.
 fn workpiece(settings: &Settings, random: &mut Rng) -> WorkpieceKind {
     let (radius, depth) = (
         settings.tool_radius_m(),
@@ -125,7 +125,7 @@ fn workpiece(settings: &Settings, random: &mut Rng) -> WorkpieceKind {
             let pitch = between(random, 0.1, 0.6) * half_length;
             let count = ((1.3 * radius / pitch) as isize).min(60);
             let bump = 0.15 * pitch.min(depth);
-            // The outermost ones are beyond the reach of the tool.
+            // The outermost points are beyond the reach of the tool.
             let control_points_m = (-count..=count)
                 .map(|k| {
                     let beyond = if k.abs() == count {
@@ -171,10 +171,10 @@ fn workpiece(settings: &Settings, random: &mut Rng) -> WorkpieceKind {
     }
 }
 
-/// A change that leaves something out.
+/// A change that removes a part of the settings.
 type Simplification = fn(&mut Settings);
 
-/// What is left out of settings, one after the other, to find out what a failure needs.
+/// Simplifications that are tried one after the other, to find the settings that a failure needs.
 pub const SIMPLIFICATIONS: &[Simplification] = &[
     |settings| settings.contact.friction_coefficient = 0.0,
     |settings| settings.contact.damping_s_m = 0.0,

@@ -1,11 +1,11 @@
-//! What may differ between two simulations, and why.
+//! Allowed differences between two simulations, with reasons.
 //!
-//! A simulation at a tolerance is exact for settings that are off by as little. So two results may
-//! differ by the tolerance, and by as much as exact results change when depth, speed, stiffness and
-//! tilt change by the tolerance. The latter is asked only where the former does not suffice: where
-//! filaments bounce often or just graze the workpiece, or where the motion is laterally unstable.
-//! Where results change so much that the comparison says nothing, the pair is counted as too
-//! sensitive.
+//! A simulation at a tolerance is exact for settings that are off by as little. Two results may
+//! therefore differ by the tolerance, and by the change of exact results when depth, speed,
+//! stiffness and tilt change by the tolerance. This change is computed only where the tolerance
+//! does not suffice: where filaments bounce often or just graze the workpiece, or where the motion
+//! is laterally unstable. Where results change so much that the comparison says nothing, the pair
+//! is counted as too sensitive.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -15,28 +15,29 @@ use bristle::model::settings::{Settings, Turns};
 use crate::pairs::{Pair, Run};
 use crate::simulate::{Outcome, Result, outcomes};
 
-/// The tolerance of the simulations that say how sensitive results are.
-const EXACT: f64 = 1e-9;
-/// Results that change by more than this share are too sensitive to compare.
-const SENSITIVE: f64 = 0.02;
-/// Where a result changes by as much as itself, chance decides about all of them.
-const CHAOTIC: f64 = 1.0;
-/// Steady turns end when the impulse changes by less than 1e-3 from turn to turn. What remains of a
-/// change that shrinks by a third or more is half of that; each of the two may end a turn earlier.
-const STEADY: f64 = 3e-3;
+/// Tolerance of the simulations that measure the sensitivity of results.
+const EXACT_TOLERANCE: f64 = 1e-9;
+/// Relative change of a result above which it is too sensitive to compare.
+const MAX_CHANGE: f64 = 0.02;
+/// Relative change of one result from which chance decides about all.
+const MIN_CHAOTIC: f64 = 1.0;
+/// Allowed difference of steady turns, which end when the impulse changes by less than 1e-3 from
+/// turn to turn. The rest of a change that shrinks by a third or more is half of that; each of the
+/// two may end a turn earlier.
+const STEADY_SLACK: f64 = 3e-3;
 
-/// The part of the impulse on edges is a sum over the interpolants of steps.
-const EDGES: f64 = 2e-3;
+/// Allowed difference of the impulse on edges, a sum over the interpolants of steps.
+const EDGE_SLACK: f64 = 2e-3;
 
-/// What is said of a pair.
+/// Verdict on a pair.
 #[derive(Clone, Debug)]
 pub enum Verdict {
     Same,
     /// At least one of the two cannot be simulated.
     Refused(String),
-    /// Exact results change by more than [`SENSITIVE`] when the settings change by the tolerance.
+    /// Exact results change by more than [`MAX_CHANGE`] when the settings change by the tolerance.
     Sensitive(String),
-    /// They differ by more than the tolerance and the settings explain.
+    /// Both differ by more than the tolerance and the settings explain.
     Differs(String),
 }
 
@@ -51,17 +52,17 @@ impl Display for Verdict {
     }
 }
 
-/// A number of a result, and what it is measured against.
+/// A number of a result, and the scale of its differences.
 #[derive(Clone, Copy, Debug)]
 struct Number {
     name: &'static str,
     value: f64,
     scale: f64,
-    /// By how much more it may differ, relative to the scale.
+    /// Allowed difference beyond the tolerance, relative to the scale.
     slack: f64,
 }
 
-/// The verdict on a pair with these two results.
+/// Judges a pair with these two results.
 pub fn judge(pair: &Pair, results: &[Result]) -> Verdict {
     let [one, other] = results else {
         unreachable!("two results of a pair")
@@ -84,24 +85,24 @@ pub fn judge(pair: &Pair, results: &[Result]) -> Verdict {
     let largest = spread
         .iter()
         .fold(0.0_f64, |largest, (_, share)| largest.max(*share));
-    // Turns have one name; the most sensitive one is among them.
+    // All turns have one name; the most sensitive one is among them.
     let share = |name: &'static str| {
         let of_name = spread.iter().filter(|(other, _)| *other == name);
         of_name.fold(0.0_f64, |largest, (_, share)| largest.max(*share))
     };
     match self::excess(pair, one, other, share) {
-        Some(message) if largest < CHAOTIC => {
+        Some(message) if largest < MIN_CHAOTIC => {
             Verdict::Differs(format!("{message}, sensitivity {largest:.1e}"))
         }
-        _ if largest > SENSITIVE => {
+        _ if largest > MAX_CHANGE => {
             Verdict::Sensitive(format!("{first}, sensitivity {largest:.1e}"))
         }
         _ => Verdict::Same,
     }
 }
 
-/// The number that differs most of those that differ by more than they may, in words. `share` is
-/// what a number may differ by in addition.
+/// Describes the number that exceeds its allowed difference most. `share` is the allowed difference
+/// beyond the tolerance.
 fn excess(
     pair: &Pair,
     one: &Outcome,
@@ -126,10 +127,10 @@ fn excess(
         .zip(self::numbers(pair, other, &image, one));
     let excesses = numbers.filter_map(|(a, b)| {
         let difference = (a.value - b.value).abs() / a.scale.max(b.scale);
-        // What is stated differs in the last digits from what is found, by another pass.
+        // The stated error differs in the last digits from that of another pass.
         let stated = 1.1 * one.stated_error.max(other.stated_error);
         let allowed = pair.tolerance.max(stated) + a.slack + share(a.name);
-        // What is not finite differs, too.
+        // Numbers that are not finite differ, too.
         let is_within = difference <= allowed || a.value == b.value;
         (!is_within).then(|| {
             let Number { name, value, .. } = a;
@@ -147,7 +148,7 @@ fn excess(
         .map(|(_, message)| message)
 }
 
-/// The numbers of a result that are compared.
+/// The numbers of a result to compare.
 fn numbers(pair: &Pair, outcome: &Outcome, metrics: &Metrics, partner: &Outcome) -> Vec<Number> {
     let settings = pair.settings();
     let number = |name, value, scale| Number {
@@ -175,7 +176,7 @@ fn numbers(pair: &Pair, outcome: &Outcome, metrics: &Metrics, partner: &Outcome)
         return numbers;
     }
     let is_steady = settings.process.turns() == Turns::Steady;
-    let slack = if is_steady { STEADY } else { 0.0 };
+    let slack = if is_steady { STEADY_SLACK } else { 0.0 };
     numbers.push(Number {
         slack,
         ..number("p_n", metrics.contact_normal_impulse_n_s, impulse)
@@ -196,7 +197,7 @@ fn numbers(pair: &Pair, outcome: &Outcome, metrics: &Metrics, partner: &Outcome)
                 reach * impulse,
             ),
             Number {
-                slack: EDGES,
+                slack: EDGE_SLACK,
                 ..number(
                     "impulse on edges",
                     metrics.edge_contact_normal_impulse_n_s,
@@ -218,7 +219,7 @@ fn numbers(pair: &Pair, outcome: &Outcome, metrics: &Metrics, partner: &Outcome)
     numbers
 }
 
-/// The metrics of the second set-up as the first one has them.
+/// The metrics of the second set-up in the frame of the first one.
 fn image(pair: &Pair, metrics: &Metrics) -> Metrics {
     let Metrics {
         contact_impulse_x_n_s: x,
@@ -235,8 +236,7 @@ fn image(pair: &Pair, metrics: &Metrics) -> Metrics {
     }
 }
 
-/// By what share of its scale each number changes, if settings change by as much as the tolerance
-/// of the pair.
+/// Change of each number, as a share of its scale, if settings change by the tolerance of the pair.
 fn spread(pair: &Pair) -> Option<Vec<(&'static str, f64)>> {
     let [_, reference] = &pair.runs;
     reference.settings()?;
@@ -272,7 +272,7 @@ fn spread(pair: &Pair) -> Option<Vec<(&'static str, f64)>> {
             .filter_map(std::result::Result::ok)
             .collect()
     };
-    let mut results = results_at(Some(EXACT));
+    let mut results = results_at(Some(EXACT_TOLERANCE));
     if results.is_empty() {
         // Rounding can exceed so tight a tolerance after many turns.
         results = results_at(None);

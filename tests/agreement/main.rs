@@ -1,9 +1,9 @@
-//! A standing attack on the results: pairs of simulations of random brushes, whose metrics must be
-//! the same.
+//! Permanent test of the results: pairs of simulations of random brushes, whose metrics must be
+//! equal.
 //!
-//! [`pairs`] lists what makes two simulations the same: a tighter tolerance, an earlier start,
-//! another frame, another name for the same workpiece, a brush of one filament. [`draw`] draws the
-//! settings. [`judge`] says what may differ, and why.
+//! [`pairs`] lists variations that keep the metrics: a tighter tolerance, an earlier start, another
+//! frame, another name for the same workpiece, a brush of one filament. [`draw`] draws the
+//! settings. [`judge`] states the allowed differences, with reasons.
 //!
 //! Pairs follow from the seed, the kind and a number alone. Without arguments this is a short run
 //! for CI. `--times` makes it longer:
@@ -13,8 +13,7 @@
 //! cargo test --release -p bristle --test agreement -- brush-of-one --seed 7 --pair 1234    # one pair again
 //! ```
 //!
-//! A failure prints both numbers and an input file, from which everything was left out that the
-//! failure does not need.
+//! A failure prints both numbers and an input file, reduced to the settings that the failure needs.
 
 mod draw;
 mod judge;
@@ -33,13 +32,13 @@ use simulate::outcomes;
 
 /// Maximum number of pairs whose passes share vector units. Brushes are simulated one by one.
 const CHUNK: usize = 64;
-/// Pairs of a kind that are shown whole, and simplified if they differ.
-const MOST_SHOWN: usize = 3;
-/// At most this share of pairs, and one, may say nothing: because they are too sensitive, or cannot
-/// be simulated.
-const MOST_SENSITIVE: f64 = 0.05;
+/// Maximum pairs of a kind that are shown whole, and simplified if they differ.
+const MAX_SHOWN_PAIRS: usize = 3;
+/// Maximum share of pairs, beyond one pair, that may say nothing: because they are too sensitive,
+/// or cannot be simulated.
+const MAX_SILENT_SHARE: f64 = 0.05;
 
-/// What to try.
+/// Pairs to try.
 struct Plan {
     kinds: Vec<String>,
     seed: u64,
@@ -50,8 +49,8 @@ struct Plan {
 }
 
 impl Plan {
-    /// That of the command line. Other arguments are those that `cargo test` passes to all test
-    /// programs.
+    /// Reads the plan from the command line. Other arguments are those that `cargo test` passes to
+    /// all test programs.
     fn of_arguments() -> Self {
         let mut plan = Self {
             kinds: Vec::new(),
@@ -78,11 +77,11 @@ impl Plan {
     }
 }
 
-/// One pair of a kind, and from what it was made.
+/// One pair of a kind, and its settings.
 struct Trial {
     number: usize,
     settings: Settings,
-    /// What else is drawn for the pair.
+    /// Random numbers for the rest of the pair.
     random: Rng,
     pair: Pair,
 }
@@ -107,7 +106,7 @@ impl Trial {
         }
     }
 
-    /// The same with less in the settings, as long as it still fails.
+    /// Drops settings while the pair still fails.
     fn simplified(mut self, kind: &Kind) -> Self {
         for simplify in draw::SIMPLIFICATIONS {
             let mut settings = self.settings.clone();
@@ -127,7 +126,7 @@ impl Trial {
     }
 }
 
-/// The pair of these settings, if all of its settings are possible.
+/// The pair of these settings, if all its settings are possible.
 fn possible(kind: &Kind, settings: &Settings, random: &Rng) -> Option<Pair> {
     settings.check().ok()?;
     let pair = (kind.pair)(settings, &mut random.clone());
@@ -156,8 +155,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Tries the pairs of a kind, prints what was found, in one piece, and returns the number of
-/// failures.
+/// Tries the pairs of a kind, prints the findings in one piece, and returns the number of failures.
 fn attack(kind: &Kind, plan: &Plan) -> usize {
     let numbers: Vec<usize> = plan
         .only
@@ -197,12 +195,12 @@ fn attack(kind: &Kind, plan: &Plan) -> usize {
         .filter(|(_, verdict)| !matches!(verdict, Verdict::Same));
     for (position, (number, verdict)) in wrong.enumerate() {
         text += &format!("  {number}: {verdict}\n");
-        if position < MOST_SHOWN {
+        if position < MAX_SHOWN_PAIRS {
             text += &shown(kind, plan, *number, verdict);
         }
     }
     let too_many = plan.only.is_none()
-        && (refused + sensitive) as f64 > 1.0 + MOST_SENSITIVE * verdicts.len() as f64;
+        && (refused + sensitive) as f64 > 1.0 + MAX_SILENT_SHARE * verdicts.len() as f64;
     if too_many {
         text += &format!("  {name}: too many pairs say nothing\n");
     }
@@ -210,7 +208,7 @@ fn attack(kind: &Kind, plan: &Plan) -> usize {
     failed + usize::from(too_many)
 }
 
-/// The verdicts on some pairs of a kind.
+/// Judges some pairs of a kind.
 fn judged(kind: &Kind, plan: &Plan, numbers: &[usize]) -> Vec<(usize, Verdict)> {
     let trials: Vec<Trial> = numbers
         .iter()
@@ -223,7 +221,7 @@ fn judged(kind: &Kind, plan: &Plan, numbers: &[usize]) -> Vec<(usize, Verdict)> 
         .collect()
 }
 
-/// How to repeat a pair with this verdict, and its settings.
+/// The command for a pair with this verdict, and its settings.
 fn shown(kind: &Kind, plan: &Plan, number: usize, verdict: &Verdict) -> String {
     let mut trial = Trial::new(kind, plan.seed, number);
     let command = "cargo test --release -p bristle --test agreement";

@@ -1,4 +1,4 @@
-//! What is compared: two simulations of each pair must have the same metrics.
+//! Kinds of pairs: two simulations that must have the same metrics.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::fmt::{self, Display, Formatter};
@@ -13,7 +13,7 @@ use fastrand::Rng;
 
 use crate::draw::{about_zero, between, once_in};
 
-/// What is simulated.
+/// A simulation of a pair.
 #[derive(Clone, Debug)]
 pub enum Run {
     /// One filament.
@@ -22,12 +22,13 @@ pub enum Run {
     InSpace(Settings),
     /// The brush of the settings.
     Brush(Settings),
-    /// The same without any shortcut: all filaments are solved, and all pairs of points and
+    /// The brush without any shortcut: all filaments are solved, and all pairs of points and
     /// segments searched.
     Exhaustive(Settings),
-    /// One filament, of which the energy that its joints take before the contact is asked.
+    /// One filament, for the energy that its joints dissipate before the contact.
     Settled(Settings),
-    /// A filament at rest relative to the tool, which takes no energy: the other half of the pair.
+    /// A filament at rest relative to the tool, which dissipates nothing: the other half of the
+    /// pair.
     AtRest,
 }
 
@@ -35,11 +36,11 @@ pub enum Run {
 #[derive(Clone, Debug)]
 pub struct Pair {
     pub runs: [Run; 2],
-    /// By how much the second set-up is turned about `z` in rad.
+    /// Angle by which the second set-up is turned about `z`, in rad.
     pub turned_by: f64,
-    /// Whether the second set-up is the mirror image of the first one along `z`.
+    /// `true` if the second set-up is the mirror image of the first one along `z`.
     pub is_mirrored: bool,
-    /// By how much the numbers may differ, where nothing makes the motion sensitive.
+    /// Allowed difference of the numbers where the motion is not sensitive.
     pub tolerance: f64,
 }
 
@@ -56,7 +57,7 @@ impl Run {
         }
     }
 
-    /// The same with other settings.
+    /// Returns the run with other settings.
     pub fn with(&self, change: impl FnOnce(&mut Settings)) -> Self {
         let mut run = self.clone();
         match &mut run {
@@ -73,7 +74,7 @@ impl Run {
     }
 }
 
-/// An input file, with the settings that are not their defaults.
+/// Writes an input file with the settings that are not their defaults.
 impl Display for Run {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
         let Some(settings) = self.settings() else {
@@ -163,7 +164,7 @@ impl Display for Run {
     }
 }
 
-/// The input file of the first one, and what differs in that of the other.
+/// Writes the input file of the first run, and the lines that differ in the other.
 impl Display for Pair {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
         let [one, other] = self.runs.each_ref().map(Run::to_string);
@@ -177,12 +178,12 @@ impl Display for Pair {
 }
 
 impl Pair {
-    /// The settings of the first one.
+    /// The settings of the first run.
     pub fn settings(&self) -> &Settings {
         self.runs[0].settings().expect("the first one is simulated")
     }
 
-    /// Whether a brush is simulated.
+    /// `true` if a brush is simulated.
     pub fn is_of_brush(&self) -> bool {
         self.runs
             .iter()
@@ -198,25 +199,26 @@ impl Pair {
         }
     }
 
-    /// Two passes of one filament at the relative tolerance `relative`.
+    /// Creates two passes of one filament at the relative tolerance `relative`.
     fn alone(one: &Settings, other: &Settings, relative: f64) -> Self {
         let runs = [one, other].map(|settings| Run::Alone(at(settings, relative)));
-        Self::new(runs, STEPS * relative)
+        Self::new(runs, MAX_ERROR_RATIO * relative)
     }
 }
 
-/// The tolerance holds for each step; a pass has some hundred, whose errors add up to at most this
-/// many. The same holds for two passes that differ by rounding: it changes the steps.
-pub const STEPS: f64 = 300.0;
+/// Error of a pass over the tolerance, which holds for each of its some hundred steps: their errors
+/// add up to at most this. It also holds for passes that differ by rounding, which changes the
+/// steps.
+pub const MAX_ERROR_RATIO: f64 = 300.0;
 
 /// The pairs of one kind.
 pub struct Kind {
     pub name: &'static str,
     /// Number of pairs in the short run.
     pub count: usize,
-    /// Changes random settings to those that this kind is about.
+    /// Adapts random settings to this kind.
     pub adapt: fn(&mut Settings, &mut Rng),
-    /// The pair of such settings.
+    /// Makes the pair from such settings.
     pub pair: fn(&Settings, &mut Rng) -> Pair,
 }
 
@@ -326,14 +328,14 @@ pub const KINDS: &[Kind] = &[
     },
 ];
 
-/// The settings with another relative tolerance.
+/// Returns the settings with another relative tolerance.
 fn at(settings: &Settings, relative_tolerance: f64) -> Settings {
     let mut settings = settings.clone();
     settings.solver.relative_tolerance = relative_tolerance;
     settings
 }
 
-/// A filament that turns rigidly until it touches, over a workpiece that is the same at all times.
+/// Makes a filament turn rigidly until it touches, over a workpiece that is constant in time.
 fn rests(settings: &mut Settings, _: &mut Rng) {
     settings.process.gravity_m_s2 = [0.0; 3];
     let filament = &mut settings.filament;
@@ -352,7 +354,7 @@ fn on_a_plane(settings: &mut Settings, _: &mut Rng) {
     settings.workpiece.kind = WorkpieceKind::default();
 }
 
-/// Fast, so that a turn is not much longer than a contact.
+/// Adds turns at a speed at which a turn is not much longer than a contact.
 fn several_turns(settings: &mut Settings, random: &mut Rng) {
     let velocity = &mut settings.process.brushing_velocity_m_s;
     *velocity = velocity.max(between(random, 8.0, 40.0));
@@ -369,7 +371,7 @@ fn several_turns(settings: &mut Settings, random: &mut Rng) {
     }
 }
 
-/// The same for brushes, whose steps are as short beside the workpiece as on it: two turns of a
+/// Adds turns of a brush, whose steps are as short beside the workpiece as on it: two turns of a
 /// small tool, or few until they are steady.
 fn several_turns_of_brushes(settings: &mut Settings, random: &mut Rng) {
     several_turns(settings, random);
@@ -380,7 +382,7 @@ fn several_turns_of_brushes(settings: &mut Settings, random: &mut Rng) {
     }
 }
 
-/// The filament in the middle of the trim of a tilted round brush, a cup or a cone.
+/// Poses the filament in the middle of the trim of a tilted round brush, a cup or a cone.
 fn posed(settings: &mut Settings, random: &mut Rng) {
     let tool = &mut settings.tool;
     tool.positions = Some(1);
@@ -413,8 +415,8 @@ fn planar_and_fast(settings: &mut Settings, random: &mut Rng) {
     *velocity = velocity.max(between(random, 8.0, 40.0));
 }
 
-/// Long filaments that enter over round edges, whose contacts begin on a face and go on around the
-/// edge.
+/// Makes long filaments enter over round edges, so that contacts begin on a face and continue
+/// around the edge.
 fn over_an_edge(settings: &mut Settings, random: &mut Rng) {
     let (side, edge_radius_m) = loop {
         match &mut settings.workpiece.kind {
@@ -437,7 +439,7 @@ fn with_profile(settings: &mut Settings, random: &mut Rng) {
     }
 }
 
-/// A tilted filament that settles before it touches.
+/// Tilts a filament that settles before it touches.
 fn settling(settings: &mut Settings, random: &mut Rng) {
     rests(settings, random);
     on_a_plane(settings, random);
@@ -450,7 +452,7 @@ fn settling(settings: &mut Settings, random: &mut Rng) {
     settings.process.brushing_velocity_m_s = rate * settings.tool_radius_m();
 }
 
-/// Filaments at which others arrive much later.
+/// Makes filaments rest until others arrive much later.
 fn far_apart(settings: &mut Settings, random: &mut Rng) {
     several_turns_of_brushes(settings, random);
     rests(settings, random);
@@ -459,7 +461,7 @@ fn far_apart(settings: &mut Settings, random: &mut Rng) {
     }
 }
 
-/// Changes the tool, and as often the filaments, such that they are as often sparse as packed.
+/// Packs filaments in half of all cases; else changes tool and filaments so that they are sparse.
 /// Returns their distance at the roots in m.
 fn pitch(settings: &mut Settings, random: &mut Rng) -> f64 {
     let diameter = |settings: &Settings| {
@@ -485,7 +487,7 @@ fn pitch(settings: &mut Settings, random: &mut Rng) -> f64 {
 
 fn few_filaments(settings: &mut Settings, random: &mut Rng) {
     let pitch = pitch(settings, random);
-    // Periodic rows are as far apart as columns.
+    // Periodic rows have the distance of columns.
     let rows = random.usize(1..4);
     settings.tool.width_m = pitch * rows as f64;
     settings.tool.filament_count =
@@ -534,7 +536,7 @@ fn two_groups(settings: &mut Settings, random: &mut Rng) {
 fn tolerances(settings: &Settings, random: &mut Rng) -> Pair {
     let relative = between(random, 1e-7, 1e-5);
     let runs = [relative, 0.1 * relative].map(|relative| Run::Alone(at(settings, relative)));
-    Pair::new(runs, STEPS * relative)
+    Pair::new(runs, MAX_ERROR_RATIO * relative)
 }
 
 fn starts(settings: &Settings, random: &mut Rng) -> Pair {
@@ -572,11 +574,11 @@ fn planar_and_in_space(settings: &Settings, _: &mut Rng) -> Pair {
     let settings = at(settings, 1e-6);
     Pair::new(
         [Run::Alone(settings.clone()), Run::InSpace(settings)],
-        STEPS * 1e-6,
+        MAX_ERROR_RATIO * 1e-6,
     )
 }
 
-/// A plane, or an edge, as a workpiece of another kind whose other faces are out of reach.
+/// States a plane, or an edge, as a workpiece of another kind whose other faces are out of reach.
 fn same_shapes(settings: &Settings, random: &mut Rng) -> Pair {
     let far = 3.0 * settings.tool_radius_m();
     let [mut one, mut other] = [settings.clone(), settings.clone()];
@@ -611,8 +613,7 @@ fn same_shapes(settings: &Settings, random: &mut Rng) -> Pair {
                 included_angle_rad,
                 ..edge
             });
-            // The first corner of the chamfer is before the one where its unchamfered faces would
-            // meet.
+            // The first corner of the chamfer is before the corner of its unchamfered faces.
             let turn = bend + 0.2;
             WorkpieceKind::Chamfer(ChamferSettings {
                 offset_m: offset_m + sense * far * (turn - bend).sin() / turn.sin(),
@@ -640,7 +641,7 @@ fn shifted(settings: &Settings, random: &mut Rng) -> Pair {
     Pair::alone(settings, &shifted, 1e-6)
 }
 
-/// The first turns are the same, however many follow.
+/// Compares the first turns of runs of different length.
 fn longer(settings: &Settings, random: &mut Rng) -> Pair {
     let [mut one, mut other] = [settings.clone(), settings.clone()];
     let turns = random.usize(2..4);
@@ -649,10 +650,11 @@ fn longer(settings: &Settings, random: &mut Rng) -> Pair {
     Pair::alone(&one, &other, 1e-6)
 }
 
-/// A filament that has settled turns rigidly, which takes no energy, whatever its direction.
+/// Compares a settled filament, which turns rigidly and dissipates nothing in any direction, with
+/// rest.
 fn at_rest(settings: &Settings, _: &mut Rng) -> Pair {
-    // Of what a joint that saw the turning of the body would take, some hundredths of the energy of
-    // its springs, a hundredth.
+    // A joint that saw the turning of the body would dissipate some hundredths of the energy of its
+    // springs; a hundredth is allowed.
     Pair::new([Run::Settled(at(settings, 1e-8)), Run::AtRest], 1e-4)
 }
 
@@ -690,8 +692,8 @@ fn brush_far_apart(settings: &Settings, _: &mut Rng) -> Pair {
         ..BrushSettings::default()
     };
     let tolerance = brush.tolerance;
-    // A third of a turn apart: filaments thrown back reach their neighbours an eighth of a turn
-    // behind.
+    // Filaments are a third of a turn apart: when thrown back, they reach neighbours an eighth of a
+    // turn behind.
     Pair::new(
         [
             with_brush(settings, brush, 3.0),

@@ -1,4 +1,4 @@
-//! Simulations, and their numbers.
+//! Simulations and their numbers.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -15,14 +15,13 @@ pub struct Outcome {
     pub metrics: Metrics,
     /// The impulse of each turn in N s.
     pub turns: Vec<f64>,
-    /// The energy in J that joints took of a filament that has settled, if that was asked.
+    /// Energy that joints of a settled filament dissipate, relative to that of its springs.
     pub settled: f64,
-    /// The error of its steps that a brush states: where it is above the tolerance, users are
-    /// warned.
+    /// The error of its steps that a brush states; above the tolerance, users are warned.
     pub stated_error: f64,
 }
 
-/// A result, or why there is none.
+/// A result, or the reason for its absence.
 pub type Result = std::result::Result<Outcome, String>;
 
 /// The results of some simulations. Passes are simulated side by side.
@@ -120,8 +119,8 @@ fn brush(settings: &Settings, is_exhaustive: bool) -> std::result::Result<BrushR
     run.finish()
 }
 
-/// The energy that joints take in the last fifth of the time before the filament touches, relative
-/// to that of its springs.
+/// The energy that joints dissipate in the last fifth of the time before the filament touches,
+/// relative to that of its springs.
 fn settled(settings: &Settings) -> Result {
     let pass = Pass::new(settings);
     let sampling = Sampling {

@@ -16,14 +16,14 @@ use bristle_codegen::model::lagrange::whole_equations;
 use bristle_equations::evaluation::symbol_values;
 use fastrand::Rng;
 
-/// The tool, which every system has; the loads do not depend on it.
+/// The tool, which every system needs; the loads do not depend on it.
 const TOOL: Turning<RotaryTool> = Turning {
     tool: RotaryTool::radial(0.14),
     rate: 0.0,
     initial_angle: 0.0,
 };
 
-/// `M` and `f` of the whole equations at a state.
+/// Evaluates `M` and `f` of the whole equations at a state.
 fn whole(state: &RandomState) -> (Vec<Vec<f64>>, Vec<f64>) {
     let whole = whole_equations(state.q.len(), Motion::Spatial);
     let values = whole.graph.evaluate(&symbol_values(
@@ -58,7 +58,7 @@ fn residual_and_accelerations_match_the_whole_equations() {
             let accelerations = accelerations.as_flattened();
             let rows = mass_matrix.iter().zip(&force).zip(residual.as_flattened());
             for ((row, force), residual) in rows {
-                // Rounding in the terms of the row limits the agreement.
+                // The agreement is limited by rounding in the terms of the row.
                 let terms: Vec<f64> = row.iter().zip(accelerations).map(|(m, a)| m * a).collect();
                 let expected = terms.iter().sum::<f64>() - force;
                 let error = (expected - residual).abs() / largest(&terms).max(force.abs());
@@ -241,7 +241,7 @@ fn factorised_step_matrix_with_contact_matches_differences() {
         let workpiece = Plane::new([0.0; 3], [0.3, 1.0, -0.2], [0.1, 0.0, 0.05]);
         let mut dynamics = Dynamics::new(state.chain.clone());
         dynamics.place(state.clamp.holding(&state.q, &state.v));
-        // Through the outermost node, half a radius above it.
+        // It passes through the outermost node, half a radius above it.
         let tip = dynamics.positions()[segments - 1];
         let gap = workpiece.surface(tip, 0.0).gap;
         let normal = workpiece.surface(tip, 0.0).normal;

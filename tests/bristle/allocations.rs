@@ -30,7 +30,7 @@ fn in_turns(relative_tolerance: f64) -> Settings {
     settings
 }
 
-/// The same on an edge, which the filament meets inside segments, with friction.
+/// Settings on an edge, which the filament meets inside segments, with friction.
 fn on_edge(relative_tolerance: f64) -> Settings {
     let mut settings = at(relative_tolerance);
     settings.workpiece.kind = edge(Side::Entering, -3e-3, 0.2e-3);
@@ -131,7 +131,7 @@ fn steps_of_filaments_that_touch_do_not_allocate() {
             (steps, changes, touching) = (steps + 1, changes + usize::from(now != touching), now);
         }
     };
-    // Memory grows until it has held the most contacts at a time.
+    // Memory grows up to the largest number of contacts at a time.
     advance(&mut row, 8e-3);
     let allocated = allocations(|| advance(&mut row, 16e-3));
     assert!(

@@ -28,7 +28,7 @@ fn states(rng: &mut Rng, segments: usize, count: usize) -> Vec<RandomState> {
             settings.damping_ratio *= rng.f64();
             state.chain = filament::chain(&settings, state.chain.gravity);
             match i % 3 {
-                // Straight, and with the joints at rest.
+                // A straight filament with joints at rest.
                 0 => state.q.fill([1.3, 0.2]),
                 // A sharp bend in the middle.
                 1 => state.q[segments / 2..].iter_mut().for_each(|q| q[1] += 1.5),
@@ -105,7 +105,7 @@ fn a_state_at_a_pole_is_refused_by_its_number() {
         accelerations.iter().all(|pair| *pair == [7.0; 2]),
         "something was computed"
     );
-    // An empty batch is valid, too.
+    // An empty batch is valid.
     Batch::new(4)
         .accelerations(&[], &mut [])
         .expect("nothing to refuse");
@@ -126,7 +126,7 @@ fn passes(friction: f64) -> Vec<Settings> {
     passes
 }
 
-/// Of which each is taken in its turn, so that one of another kind lets the lanes run dry.
+/// Takes the passes in order, so that one of another kind lets the lanes run dry.
 fn in_turn(passes: &[Settings]) -> Vec<Result<Simulation, SimulationError>> {
     let mut queue: Vec<usize> = (0..passes.len()).rev().collect();
     let mut results = vec![None; passes.len()];
@@ -154,7 +154,7 @@ fn in_turn(passes: &[Settings]) -> Vec<Result<Simulation, SimulationError>> {
 fn passes_side_by_side_have_the_same_bits_as_alone() {
     for friction in [0.0, 0.3] {
         let mut passes = passes(friction);
-        // Out of the plane: some lanes leave their charts, and continue alone.
+        // Out of the plane some lanes leave their charts, and continue alone.
         passes[4].process.gravity_m_s2 = [0.0, 0.0, 3e5];
         let together = in_turn(&passes);
         for (settings, result) in passes.iter().zip(&together) {
@@ -176,7 +176,7 @@ fn passes_side_by_side_have_the_same_bits_as_alone() {
 fn kinds_do_not_mix_and_an_error_ends_only_its_case() {
     let mut passes = [passes(0.0), passes(0.2)].concat();
     passes[3].filament.segments = 9;
-    // Not a number: no derivation of the equations makes sense of it.
+    // No derivation of the equations makes sense of a NaN.
     passes[7].filament.youngs_modulus_pa = f64::NAN;
     let results = in_turn(&passes);
     for (i, (settings, result)) in passes.iter().zip(&results).enumerate() {
@@ -185,8 +185,8 @@ fn kinds_do_not_mix_and_an_error_ends_only_its_case() {
     }
 }
 
-/// Passes of every kind: edges and curves, cups, wavy filaments beside straight ones, turns, and
-/// passes that end later than expected.
+/// Compares passes of every kind: edges and curves, cups, wavy filaments beside straight ones,
+/// turns, and passes that end later than expected.
 #[test]
 fn sampled_passes_of_all_kinds_side_by_side_have_the_same_bits_as_alone() {
     let mut all = workpieces::passes();

@@ -17,7 +17,7 @@ struct State {
     clamp: Clamp<f64>,
     chart: PolarAxis,
     q: Vec<[f64; 2]>,
-    /// The rates of the segments that turn rigidly with the body.
+    /// Rates of the segments that turn rigidly with the body.
     rigid: Vec<[f64; 2]>,
 }
 
@@ -26,7 +26,7 @@ fn random(rng: &mut Rng, size: f64) -> [f64; 3] {
 }
 
 impl State {
-    /// Of `segments` segments from `start` on, on a body with the angular velocity `turning`.
+    /// Draws `segments` segments from `start` on, on a body with the angular velocity `turning`.
     fn new(rng: &mut Rng, segments: usize, start: [f64; 3], turning: [f64; 3]) -> Self {
         let mut chain = filament::chain(&paper(segments), random(rng, 20.0));
         for link in &mut chain.links {
@@ -88,8 +88,8 @@ impl State {
         }
     }
 
-    /// In turn radial, axial and in any direction; on a body that turns about `z`, and about any
-    /// axis.
+    /// Starts radially, axially and in any direction in turn, on a body that turns about `z` or
+    /// about any axis.
     fn drawn(number: usize, rng: &mut Rng) -> Self {
         let any = random(rng, 1.0);
         let start = [
@@ -131,8 +131,8 @@ impl State {
     /// `∂D/∂q̇`
     fn damper_torques(&self, v: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let at_rest = vec![[0.0; 2]; self.q.len()];
-        // Without springs, inertia and gravity the dampers are all that is left; the residual is
-        // linear in each.
+        // The residual is linear in springs, inertia, gravity and dampers, so the difference leaves
+        // the dampers.
         let (with, without) = (
             self.residual(1.0, v, &at_rest),
             self.residual(0.0, v, &at_rest),
@@ -143,7 +143,7 @@ impl State {
             .collect()
     }
 
-    /// `D` by its formula, from directions alone.
+    /// Computes `D` by its formula, from directions alone.
     fn dissipation(&self, v: &[[f64; 2]]) -> f64 {
         let (mut sum, mut inner) = (0.0, [0.0; 3]);
         for (k, link) in self.chain.links.iter().enumerate() {
@@ -172,8 +172,8 @@ fn a_filament_that_turns_rigidly_with_the_body_dissipates_nothing() {
     let mut rng = Rng::with_seed(31);
     for number in 0..300 {
         let state = State::drawn(number, &mut rng);
-        // Rates of 150 rad/s, near a pole some 350 rad/s, cancel to their roundings; what they
-        // would cost without the body is the measure.
+        // Rates of 150 rad/s, near a pole some 350 rad/s, cancel to their roundings. The scale is
+        // the dissipation of a filament at rest.
         let at_rest = vec![[0.0; 2]; state.q.len()];
         let [lost, alone] = [&state.rigid, &at_rest].map(|v| state.energies(1.0, v).dissipation);
         assert!(
@@ -182,7 +182,7 @@ fn a_filament_that_turns_rigidly_with_the_body_dissipates_nothing() {
         );
         let [torques, alone] =
             [&state.rigid, &at_rest].map(|v| largest(state.damper_torques(v).as_flattened()));
-        // Their difference also has the roundings of springs and inertia.
+        // The difference of residuals also has the roundings of springs and inertia.
         let rest = state.residual(0.0, &state.rigid, &at_rest);
         let rest = largest(rest.as_flattened());
         assert!(
@@ -237,11 +237,11 @@ fn the_body_puts_in_what_the_dampers_take_and_do() {
     }
 }
 
-/// The step matrix has the slopes of the rigid rates, for bodies that turn about any axis.
+/// The step matrix has the Jacobian of the rigid rates, for bodies that turn about any axis.
 #[test]
 fn factorised_step_matrix_on_a_turning_body_matches_differences() -> Result<(), PoleError> {
     let mut rng = Rng::with_seed(34);
-    // Weights that leave the dampers of a step on the coordinates alone visible.
+    // These weights make the dampers visible in a step of the coordinates alone.
     let weights = StepWeights {
         coordinates: 1e-4,
         rates: 0.0,

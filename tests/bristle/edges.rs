@@ -9,20 +9,20 @@ use serde_json::Value;
 
 use crate::common::{Stated, case, cases, difference, exceeding, normal_impulse, number};
 
-/// Largest difference of an impulse over `p_n`, of times and work relative to themselves, and of
-/// the tip over `l_f`, beyond ten times the error that the reference states. The solver runs at
-/// 1e-9, and they agree to 4e-7, except that the share of an edge differs by up to 4e-6 of `p_n`
-/// where a tip slides from a face onto it.
+/// Largest difference beyond ten times the error that the reference states: of an impulse over
+/// `p_n`, of times and work relative to themselves, and of the tip over `l_f`. The solver runs at
+/// 1e-9, and both agree to 4e-7. Only the share of an edge differs, by up to 4e-6 of `p_n`, where a
+/// tip slides from a face onto it.
 const TOLERANCE: f64 = 5e-6;
 
-/// The same of the share of an edge onto which a tip slides from a face under force: the solver
-/// locates that in the tip's way, by its tolerance. In one case it is 1.6e-4 at 1e-6, 5.6e-5 at
-/// 1e-8 and 2.1e-5 at 1e-10.
-const SLIDING_ONTO_EDGES: f64 = 5e-5;
+/// Largest difference of the share of an edge onto which a tip slides from a face under force: the
+/// solver locates this event to its tolerance. In one case it is 1.6e-4 at 1e-6, 5.6e-5 at 1e-8 and
+/// 2.1e-5 at 1e-10.
+const SLIDING_TOLERANCE: f64 = 5e-5;
 
-/// Largest share of the energies of a pass that is missing in their balance: the error of a step,
-/// of some hundred.
-const BALANCE: f64 = 1e-7;
+/// Largest imbalance of the energies of a pass, relative to them: the error of one of some hundred
+/// steps.
+const MAX_IMBALANCE: f64 = 1e-7;
 
 /// A case of `reference_edges.json` or `reference_profiles.json` in `tests/data/`.
 #[derive(Deserialize)]
@@ -90,12 +90,12 @@ impl Reference {
         settings
     }
 
-    /// The differences of a pass from this, each over its scale.
+    /// The differences of a pass from the reference, each over its scale.
     fn differences(&self, pass: &Simulation) -> Vec<(&'static str, f64)> {
         let stated = |key: &str| self.stated.get(key).and_then(Value::as_f64);
         let normal = normal_impulse(&self.stated);
         let whole = stated("sliding_work_j").unwrap_or(1.0);
-        // An angle is as sure as the part of the work that it is the angle of.
+        // The uncertainty of an angle is that of its part of the work.
         let by_work =
             stated("edge_sliding_work_j").map_or(1.0, |work| whole / work.max(f64::MIN_POSITIVE));
         let always = [
@@ -114,7 +114,7 @@ impl Reference {
         let sometimes = [
             ("peak_contact_normal_force_n", peak),
             ("sliding_work_j", whole),
-            // Onto an edge a tip slides as its share of the impulse says.
+            // The work on an edge is as uncertain as its share of the impulse.
             ("edge_sliding_work_j", whole),
             ("edge_work_angle_rad", by_work),
             ("edge_work_angle_std_rad", by_work),
@@ -136,7 +136,7 @@ impl Reference {
             ("tip_y_m", (end.tip_y_m - y).abs() / 0.04),
         ]);
         if self.largest_edge_penetration_m > 0.0 {
-            // The reference looks at it every microsecond, in which an impact changes by some per
+            // The reference samples it every microsecond, in which an impact changes by some per
             // cent.
             let ratio = metrics.max_edge_penetration_m / self.largest_edge_penetration_m;
             found.push((
@@ -161,8 +161,8 @@ impl Reference {
 fn passes_agree_with_casadi_and_cvodes() {
     for (file, count, of_edges) in [
         ("reference_edges.json", 79, TOLERANCE),
-        ("reference_profiles.json", 27, SLIDING_ONTO_EDGES),
-        ("reference_sliding.json", 14, SLIDING_ONTO_EDGES),
+        ("reference_profiles.json", 27, SLIDING_TOLERANCE),
+        ("reference_sliding.json", 14, SLIDING_TOLERANCE),
     ] {
         agree(file, count, of_edges);
     }
@@ -190,7 +190,7 @@ fn agree(file: &str, count: usize, of_edges: f64) {
             failures.extend(exceeding(&subject, &differences, limit));
         }
         let balance = [("energy_residual", pass.metrics.energy_residual)];
-        failures.extend(exceeding(&subject, &balance, BALANCE));
+        failures.extend(exceeding(&subject, &balance, MAX_IMBALANCE));
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }

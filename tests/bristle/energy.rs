@@ -1,4 +1,4 @@
-//! Is it physics? The account of the energies in a history.
+//! Is it physics? The energy balance in a history.
 
 use bristle::model::settings::Settings;
 use bristle::simulation::{Sample, simulate, simulate_with_history};

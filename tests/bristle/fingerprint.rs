@@ -8,8 +8,7 @@ use bristle::equations::VERSION;
 use bristle::simulation::SOLVER_FINGERPRINT;
 use bristle_codegen::fingerprint::{digest, locked, sources};
 
-/// What the build step hashes in addition to the generated code: sources, and the versions of
-/// packages.
+/// Inputs of the hash besides the generated code: sources, and packages whose versions count.
 const SOURCES: &str = "src";
 const PACKAGES: [&str; 3] = ["fastrand", "pulp", "spec_math"];
 const KERNELS: &str = include_str!(concat!(env!("OUT_DIR"), "/kernels.rs"));

@@ -7,8 +7,8 @@ use bristle::simulation::{Pass, Sampling};
 
 use crate::common::metric;
 
-/// Rows of a tilted brush meet the workpiece at depths of their own: far apart, each filament
-/// passes as it does alone at its place.
+/// Filaments of a tilted brush, whose rows meet the workpiece at different depths, pass as they do
+/// alone if they are far apart.
 #[test]
 fn filaments_of_a_tilted_brush_are_those_along_its_trim() {
     let mut settings = Settings::paper(10.0, 1e-3);

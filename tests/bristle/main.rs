@@ -1,5 +1,5 @@
-//! Tests of the core through its public interface. They form one program, as each further one would
-//! have to be linked.
+//! Tests of the core through its public interface. They form one program, because each further one
+//! would have to be linked.
 
 mod common;
 mod energy;

@@ -84,7 +84,7 @@ fn cases() -> Vec<Settings> {
     for settings in &mut cases {
         settings.solver.relative_tolerance = 1e-5;
     }
-    // Out of the plane: this filament leaves the charts of its lane, and continues alone.
+    // This filament leaves the plane and the charts of its lane, and continues alone.
     cases[4].process.gravity_m_s2 = [0.0, 0.0, 3e5];
     cases
 }
@@ -132,7 +132,7 @@ fn a_pass_of_its_own_plane_is_that_of_the_settings() {
     let pass = pass_with(&settings, tool, plane).expect("the tips touch the plane");
     let [found, stated] = [pass.simulate(SAMPLING), simulate_with(&settings, SAMPLING)]
         .map(|result| result.expect("the pass ends"));
-    // A plane does not know the tool: its arc is found to 1e-11 rad, where that of the settings is
+    // A plane does not know the tool: its arc is found to 1e-11 rad, while that of the settings is
     // computed.
     assert_eq!(found.statistics, stated.statistics);
     let (found, stated) = (found.metrics, stated.metrics);

@@ -24,7 +24,7 @@ use fastrand::Rng;
 /// Coordinates, rates and accelerations.
 type Motion = [Vec<[f64; 2]>; 3];
 
-/// The same motion about `axis`.
+/// Converts a motion to coordinates about `axis`.
 fn converted(axis: PolarAxis, state: &RandomState, accelerations: &[[f64; 2]]) -> Motion {
     let mut motion = [state.q.clone(), state.v.clone(), accelerations.to_vec()];
     for k in 0..state.q.len() {
@@ -123,7 +123,7 @@ fn energies_nodes_and_the_root_do_not_depend_on_the_charts() {
         let expected = results(PolarAxis::Z);
         for (value, expected) in results(PolarAxis::X).iter().zip(&expected) {
             let error = (value - expected).abs();
-            // Absolute where sums of a component cancel.
+            // The error is absolute where sums of a component cancel.
             assert!(
                 error <= tolerance::AGREEMENT * expected.abs().max(1.0),
                 "n = {segments}: {value} {expected}"
@@ -154,8 +154,8 @@ fn factorised_step_matrix_about_x_matches_differences() {
 
 type System = FilamentSystem<FixedClamp, Plane>;
 
-/// Rotates the frame by 90° about `x`: `z` becomes `−y`. It does not permute the axes of the charts
-/// cyclically.
+/// Rotates the frame by 90° about `x`: `z` becomes `−y`. The rotation does not permute the axes of
+/// the charts cyclically.
 fn turned([x, y, z]: [f64; 3]) -> [f64; 3] {
     [x, -z, y]
 }
@@ -299,15 +299,15 @@ fn pendulum(e: [f64; 3], rate: [f64; 3], duration: f64) -> Clamped {
 
 /// Tolerance of the integration, per step.
 const TOLERANCE: f64 = 1e-8;
-/// Energy over a whole motion, relative to the largest kinetic energy: up to 1e5 steps, whose
-/// errors mostly cancel.
-const ENERGY: f64 = 1e-6;
-/// Two integrations of one motion, relative to its length: the steps are the same, but their errors
-/// depend on the coordinates.
-const SAME_MOTION: f64 = 1e-5;
+/// Largest error of the energy, relative to the largest kinetic energy: the errors of up to 1e5
+/// steps mostly cancel.
+const MAX_ENERGY_ERROR: f64 = 1e-6;
+/// Largest difference of two integrations, relative to the length: the steps are the same, but
+/// their errors depend on the coordinates.
+const MAX_DIFFERENCE: f64 = 1e-5;
 
-/// Checks a motion: its energy is conserved, and in rotated axes, where it meets no pole, it is the
-/// same motion.
+/// Checks that a motion conserves its energy, and is the same in rotated axes, where it meets no
+/// pole.
 fn check_motion(motion: &Clamped) -> Seen {
     let seen = motion.integrate();
     let turned = motion.turned().integrate();
@@ -318,14 +318,18 @@ fn check_motion(motion: &Clamped) -> Seen {
     let nodes: Vec<[f64; 3]> = turned.nodes.iter().map(|node| turned_back(*node)).collect();
     let length = motion.chain.length * motion.chain.segments() as f64;
     let difference = distance(&seen.nodes, &nodes) / length;
-    assert!(seen.energy_error < ENERGY, "{:.1e}", seen.energy_error);
-    assert!(difference < SAME_MOTION, "{difference:.1e}");
+    assert!(
+        seen.energy_error < MAX_ENERGY_ERROR,
+        "{:.1e}",
+        seen.energy_error
+    );
+    assert!(difference < MAX_DIFFERENCE, "{difference:.1e}");
     seen
 }
 
 #[test]
 fn a_spherical_pendulum_swings_and_tumbles_through_the_poles() {
-    // In a plane through z exactly, and near misses; 20 s are some 12 periods.
+    // The motion goes through z exactly, or misses it closely; 20 s are some 12 periods.
     let (sin, cos) = 0.5_f64.sin_cos();
     for lateral in [0.0, 1e-9, 1e-6, 1e-3, 0.3] {
         let motion = pendulum([sin, 0.0, -cos], [0.0, lateral, 0.0], 20.0);
@@ -374,7 +378,7 @@ fn released(
 
 #[test]
 fn axial_and_hanging_filaments_swing_through_the_axis() {
-    // So soft that its weight, not its stiffness, restores it.
+    // Its weight, not its stiffness, restores a filament this soft.
     let soft = FilamentSettings {
         youngs_modulus_pa: 1e6,
         ..filament(5)
@@ -385,7 +389,7 @@ fn axial_and_hanging_filaments_swing_through_the_axis() {
         (released(&filament(25), [0.0; 3], 1.0, 0.8, 1.0), 25),
         (released(&soft, [0.0, 0.0, -9.81], -1.0, 1.3, 3.0), 15),
     ] {
-        // They start about x, and stay.
+        // Segments start about x, and stay.
         let seen = check_motion(&motion);
         assert!(seen.visits > visits, "{}", seen.visits);
     }

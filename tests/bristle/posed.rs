@@ -9,9 +9,9 @@ use crate::common::{
     Stated, cases, difference, exceeding, impulse_differences, metrics, normal_impulse, number,
 };
 
-/// Largest difference of an impulse over `p_n`, of an angular impulse over `p_n r_g`, of work and
-/// times relative to themselves, beyond the error that the reference states. The solver runs at
-/// 1e-9, and they agree to 2e-7.
+/// Largest difference beyond the error that the reference states: of an impulse over `p_n`, of an
+/// angular impulse over `p_n r_g`, of work and times relative to themselves. The solver runs at
+/// 1e-9, and both agree to 2e-7.
 const TOLERANCE: f64 = 1e-6;
 
 /// A case of `tests/data/reference_poses.json`.
@@ -33,7 +33,7 @@ fn tools_of_any_pose_agree_with_casadi_and_cvodes() {
         settings.solver.relative_tolerance = 1e-9;
         let (metrics, stated) = (metrics(&settings), &case.stated);
         let moment = normal_impulse(stated) * settings.tool.body_radius_m;
-        // Without friction there is none.
+        // There is no friction work without friction.
         let work = number(stated, "friction_work_j").max(f64::MIN_POSITIVE);
         let others = [
             ("contact_angular_impulse_n_m_s", moment),

@@ -90,8 +90,8 @@ fn a_pose_and_its_workpiece_may_be_turned_together() {
     }
 }
 
-/// The way through the frame of a tilted tool does not change what an upright one does, on any
-/// workpiece.
+/// A tilt close to zero uses the frame of a tilted tool, and gives the results of an upright one on
+/// any workpiece.
 #[test]
 fn a_tilt_that_is_too_small_to_matter_changes_nothing() {
     let control_points_m = [-0.2, -0.05, -0.02, 0.0, 0.02, 0.05, 0.2]
@@ -158,17 +158,17 @@ fn a_flat_cup_touches_all_round() {
         found.equilibrium_residual < 1e-5 && found.energy_residual < 1e-4,
         "{found:?}"
     );
-    // Its force is the mean of all filaments.
+    // The force of the cup is the mean of all filaments.
     let force = found.contact_normal_impulse_n_s / found.nominal_contact_time_s;
     near(
         found.tool_contact_normal_force_n,
         force * settings.tool.filament_count,
         1e-12,
     );
-    // Turns that the file states are those.
+    // A stated number of turns counts.
     settings.process.turns = Some(Turns::Count(2));
     assert_eq!(metrics(&settings).turns, 2);
-    // Faster, it lifts off.
+    // A faster cup lifts off.
     settings.process.brushing_velocity_m_s = 30.0;
     settings.process.penetration_depth_m = 0.2e-3;
     assert_eq!(metrics(&settings).contact_normal_impulse_n_s, 0.0);

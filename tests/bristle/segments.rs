@@ -1,6 +1,6 @@
 //! Is it right? Chains of more than 25 segments in soft contact, and steel wires, compared with
 //! CasADi and CVODES (`derivations/passes.py segments`). A node presses with a share of the
-//! stiffness that falls with their number: refining a chain has a limit.
+//! stiffness that falls with the number of nodes: refining a chain has a limit.
 
 use bristle::model::settings::Settings;
 use bristle::simulation::simulate;
@@ -49,7 +49,7 @@ fn soft_contacts_of_long_chains_are_those_of_an_independent_code() {
     }
 }
 
-/// With the whole stiffness at every node, several of which are inside, peaks would grow.
+/// With the whole stiffness at every node, several of which penetrate, peaks would grow.
 #[test]
 fn refining_a_chain_adds_no_contact_stiffness() {
     let peak = |segments: usize| {

@@ -40,7 +40,7 @@ fn the_start_is_relaxed_and_follows_the_wave() {
                 "{energies:?}"
             );
         }
-        // Across the clamp direction the nodes lie on the wave.
+        // The nodes lie on the wave across the clamp direction.
         let length = settings.filament.length_m;
         for (k, across) in pass_nodes(&settings).into_iter().enumerate() {
             let wave = relaxed_deflection(&settings.filament, (k + 1) as f64 * length / 20.0);

@@ -1,8 +1,8 @@
 //! Is it right where filaments are sparse? And do shortcuts only save work?
 //!
-//! A brush is sparse where filaments touch each other only once they bend. Contacts between groups
-//! of filaments that are computed side by side, and those of filaments that slept before, are seen
-//! here: results must not depend on where a group begins.
+//! A brush is sparse where filaments touch each other only once they bend. It shows contacts
+//! between groups of filaments that are computed side by side, and contacts of filaments that slept
+//! before: results must not depend on where a group begins.
 
 use bristle::brush::{BrushResult, BrushRun, RunOptions, Shortcuts, simulate_brush};
 use bristle::equations::LANES;
@@ -35,8 +35,8 @@ fn sparse(columns: usize) -> Settings {
     }
 }
 
-/// The same row on a plane that leans by so little that its filaments move in space, but not out of
-/// their plane.
+/// A sparse row on a plane that leans so little that filaments move in space, but not out of their
+/// plane.
 fn in_space(columns: usize) -> Settings {
     let mut settings = sparse(columns);
     settings.workpiece.kind = WorkpieceKind::plane([0.0, 1.0, 1e-9]);
@@ -82,9 +82,9 @@ fn impulses(result: &BrushResult) -> Vec<f64> {
         .collect()
 }
 
-/// Impulses in mN s of an explicit code that shares nothing with this one. The first filaments meet
-/// an empty gap, and the last one has none behind it. In between no impulse depends on the column,
-/// nor on its place in a group.
+/// Impulses in mN s are of an explicit code that shares nothing with this one. The first filaments
+/// meet an empty gap, and the last one has none behind it. In between no impulse depends on the
+/// column, nor on its place in a group.
 #[test]
 fn a_sparse_row_is_that_of_an_independent_code() {
     let found = impulses(&simulated(&sparse(40)));
@@ -112,7 +112,7 @@ fn a_sparse_row_is_that_of_an_independent_code() {
     }
 }
 
-/// Without its first columns, a row is the same row. Only its last column notices how long it is.
+/// A row without its first columns is the same row. Only its last column depends on its length.
 #[test]
 fn rows_do_not_depend_on_where_they_begin() {
     for settings in [sparse, in_space] {
@@ -132,7 +132,7 @@ fn rows_do_not_depend_on_where_they_begin() {
     }
 }
 
-/// What the broad phase and the distance to the workpiece exclude, the search does not find:
+/// The broad phase and the distance to the workpiece exclude only what the search would not find:
 /// results are equal to the bit. Filaments that sleep or are left out have no equations, whose
 /// solution has an error.
 #[test]

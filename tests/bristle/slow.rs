@@ -5,11 +5,11 @@ use bristle::simulation::{Statistics, simulate};
 
 use crate::common::{case, edge};
 
-/// Newton iterations of one segment that a pass may take, see `EFFORT` and `EXHAUSTION` in the
-/// sources.
-const WORK: f64 = 3.5 * 4e7;
+/// Maximum number of Newton iterations of one segment in a pass, see `EFFORT` and `EXHAUSTION` in
+/// the sources.
+const MAX_ITERATIONS: f64 = 3.5 * 4e7;
 
-/// Segments, v_b in m/s, a_e in m.
+/// Slow passes: segments, v_b in m/s, a_e in m.
 const SLOW: [(usize, f64, f64); 3] = [(53, 1.33, 1e-3), (100, 0.7, 5e-4), (18, 0.4, 2e-3)];
 
 #[test]
@@ -23,7 +23,7 @@ fn undamped_passes_end() {
         } = simulation.statistics;
         let work = (newton_iterations * (segments + 2)) as f64;
         assert!(
-            work <= WORK,
+            work <= MAX_ITERATIONS,
             "n = {segments}: {newton_iterations} Newton iterations"
         );
     }
@@ -42,7 +42,7 @@ fn slow_damped_passes_keep_their_tolerance() {
     }
 }
 
-/// The tip meets the side of the part where its arc begins, and presses there while it hardly goes
+/// The tip meets the side of the part where the arc begins, and presses there while it hardly moves
 /// to either.
 #[test]
 fn tips_that_touch_where_an_arc_begins_take_no_shorter_steps() {
@@ -61,7 +61,7 @@ fn tips_that_touch_where_an_arc_begins_take_no_shorter_steps() {
     }
 }
 
-/// Contacts that damp come off at nearly the rate at which they cease to press: what is left of it
+/// Contacts that damp come off at nearly the rate at which they cease to press; the remaining force
 /// has long been within rounding.
 #[test]
 fn contacts_that_damp_take_no_shorter_steps() {

@@ -11,20 +11,20 @@ use crate::common::{
     Stated, cases, difference, exceeding, impulse_differences, metrics, number, with,
 };
 
-/// Of a brush, which takes fixed steps that impacts do not cut, at the tolerance of
-/// [`BRUSH_TOLERANCE`]; impulses over `p_n`, or over the impulse between the filaments, work
+/// Largest difference of a brush, which takes fixed steps that impacts do not cut, at
+/// [`BRUSH_TOLERANCE`]: of impulses over `p_n` or the impulse between the filaments, of work
 /// relative to itself.
-const BRUSH: f64 = 1e-3;
+const MAX_BRUSH_ERROR: f64 = 1e-3;
 const BRUSH_TOLERANCE: f64 = 1e-4;
-/// Of a single pass at 1e-9, beyond the error that the reference states.
-const PASS: f64 = 5e-6;
+/// Largest difference of a pass at 1e-9, beyond the error that the reference states.
+const MAX_PASS_ERROR: f64 = 5e-6;
 
 /// A case of `tests/data/reference_space.json`.
 #[derive(Deserialize)]
 struct Reference {
     name: String,
     input: Settings,
-    /// The metrics of each.
+    /// Metrics of each filament.
     filaments: Vec<Stated>,
     neighbours: Vec<Stated>,
     own_errors: OwnErrors,
@@ -45,7 +45,7 @@ impl Reference {
     }
 }
 
-/// The differences of a filament's contact with the workpiece from what is stated.
+/// The differences of a filament's contact with the workpiece from the stated one.
 fn differences(metrics: &Metrics, stated: &Stated) -> Vec<(&'static str, f64)> {
     let work = difference(
         metrics,
@@ -76,7 +76,7 @@ fn two_filaments_in_space_agree_with_casadi_and_cvodes() {
         found.sort_by_key(|filament| (filament.column, filament.row));
         assert_eq!(found.len(), case.filaments.len());
         for (i, (filament, expected)) in found.iter().zip(&case.filaments).enumerate() {
-            let tolerance = BRUSH + case.own_errors.filaments;
+            let tolerance = MAX_BRUSH_ERROR + case.own_errors.filaments;
             let differences = differences(&filament.metrics, expected);
             failures.extend(exceeding(
                 &format!("{name}, filament {i}"),
@@ -102,7 +102,7 @@ fn two_filaments_in_space_agree_with_casadi_and_cvodes() {
                 ("friction_work_j", pair.dissipated_j, work),
             ]
             .map(|(key, value, scale)| (key, ((value - number(expected, key)) / scale).abs()));
-            let tolerance = 10.0 * BRUSH + case.own_errors.neighbours;
+            let tolerance = 10.0 * MAX_BRUSH_ERROR + case.own_errors.neighbours;
             failures.extend(exceeding(
                 &format!("{name}, between them"),
                 &sizes,
@@ -126,7 +126,7 @@ fn a_tilted_filament_agrees_with_casadi_and_cvodes() {
         };
         settings.solver.relative_tolerance = 1e-9;
         let differences = differences(&metrics(&settings), &case.filaments[0]);
-        let tolerance = PASS + 10.0 * case.own_errors.filaments;
+        let tolerance = MAX_PASS_ERROR + 10.0 * case.own_errors.filaments;
         failures.extend(exceeding(&case.subject(), &differences, tolerance));
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));

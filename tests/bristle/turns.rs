@@ -14,8 +14,7 @@ fn simulated(settings: &Settings) -> Simulation {
     simulate(settings).expect("the pass ends")
 }
 
-/// The impulses are those of a converged planar simulation (MODEL, "Turns"), which has ten
-/// segments.
+/// Compares with the impulses of a converged planar simulation (MODEL, "Turns") of ten segments.
 #[test]
 fn a_fast_brush_needs_several_turns() {
     let Simulation {
@@ -61,7 +60,7 @@ fn a_slow_brush_comes_back_at_rest() {
     let change =
         two.metrics.contact_normal_impulse_n_s / one.metrics.contact_normal_impulse_n_s - 1.0;
     assert!(change != 0.0 && change.abs() < 0.02, "{change}");
-    // All that a metric counts is counted in the last turn only.
+    // All counts of a metric cover the last turn only.
     let time = two.metrics.contact_time_s / one.metrics.contact_time_s;
     assert!(
         (time - 1.0).abs() < 0.1 && two.metrics.contact_count < 2 * one.metrics.contact_count,
@@ -85,14 +84,14 @@ fn turns_end_when_they_are_steady() {
         "{impulses:?}"
     );
     assert!(!steady.metrics.unsteady_turns && (3..MAX_TURNS).contains(&steady.metrics.turns));
-    // The same turns, counted.
+    // A stated number gives the same turns.
     let counted = simulated(&turning(10, 20.0, 1e-3, Turns::Count(steady.metrics.turns)));
     assert_eq!(counted, steady);
 }
 
 #[test]
 fn turns_without_contact_are_steady() {
-    // The contact begins farther from the tip than it moves: nothing touches.
+    // The workpiece is out of reach of the tip.
     let mut settings = turning(5, 10.0, 1e-6, Turns::Steady);
     settings.workpiece.kind = WorkpieceKind::Cylinder(RoundSettings {
         offset_m: 0.1,
@@ -150,7 +149,7 @@ fn a_pass_does_not_end_while_the_filament_touches() {
         short.metrics.contact_normal_impulse_n_s,
         long.metrics.contact_normal_impulse_n_s,
     );
-    // The samples reach to the end that is only then known.
+    // The samples reach to the end, which is known only then.
     assert_eq!(short.history.len(), 7);
     assert_eq!(short.history[6].time_s, short.end_time_s);
     near(

@@ -3,7 +3,7 @@
 use bristle::simulation::Statistics;
 use bristle::simulation::simulate;
 
-/// Counts may differ by this fraction between processors, whose sines differ in the last digit.
+/// Largest relative difference of counts between processors, whose sines differ in the last digit.
 const MARGIN: f64 = 0.02;
 
 #[test]
@@ -56,8 +56,9 @@ fn work_of_typical_passes() {
 
 #[test]
 fn friction_costs_little_more() {
-    // Of single passes, as the number of contacts can differ; over the paper's 120 it is 1.21.
-    const MOST: f64 = 1.5;
+    // Largest ratio of a single pass, as the number of contacts can differ; over the paper's 120 it
+    // is 1.21.
+    const MAX_RATIO: f64 = 1.5;
     let iterations = |friction: f64, (velocity, depth): (f64, f64)| {
         let mut settings = crate::common::case(25, velocity, depth);
         settings.contact.friction_coefficient = friction;
@@ -68,6 +69,6 @@ fn friction_costs_little_more() {
     };
     for case in [(10.0, 1e-3), (30.0, 5e-3), (15.0, 3e-3)] {
         let ratio = iterations(0.3, case) / iterations(0.0, case);
-        assert!(ratio <= MOST, "{case:?}: {ratio}");
+        assert!(ratio <= MAX_RATIO, "{case:?}: {ratio}");
     }
 }

@@ -54,8 +54,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A module for each chain, whose `values` calls all functions with the elements of their inputs
-/// and returns those of their outputs.
+/// Writes a module for each chain, whose `values` calls all functions with the elements of their
+/// inputs and returns those of their outputs.
 fn whole() -> Result<String, Box<dyn Error>> {
     let mut source = String::new();
     let mut table = String::new();
@@ -85,7 +85,7 @@ fn whole() -> Result<String, Box<dyn Error>> {
     Ok(source)
 }
 
-/// The statements that call the function of `kernel` and append its outputs.
+/// Writes the statements that call the function of `kernel` and append its outputs.
 fn call(kernel: &Kernel) -> String {
     let mut arguments = Vec::new();
     let mut start = 0;

@@ -33,9 +33,9 @@ ARRAYS = {
 OF_FILAMENTS = ["column", "row", "is_counted", "contact_normal_force_n", "press_force_n"]
 # Half the distance of two neighbouring numbers of 32 bits below 0.25: coordinates of the nodes of a brush, in m.
 SINGLE = 2.0**-27
-# Of a sum of forces of 32 bits, as a share of it.
+# Relative error of a sum of forces of 32 bits.
 SINGLE_SHARE = 1e-6
-# Where numbers are computed in another order: some hundred roundings of lengths up to a metre, in m.
+# Error of numbers computed in another order: some hundred roundings of lengths up to a metre, in m.
 ROUNDING = 1e-13
 # Gaps to curved workpieces are compared with those to chords, where nodes are near: within this distance, and up to the height of the
 # arcs over their chords.
@@ -49,7 +49,7 @@ def check(condition, message):
 
 
 def compare_tables(directory, name, settings):
-    """Every cell of a Parquet file with the text of the CSV file's cell."""
+    """Compares every cell of a Parquet file with the text of the CSV file's cell."""
     path = directory / f"{name}.parquet"
     with open(directory / f"{name}.csv", newline="", encoding="utf-8") as file:
         heading, *rows = csv.reader(file)
@@ -112,7 +112,7 @@ def ids_of_cell(data, cell):
 
 
 def read_array(arrays, name, components, count, path):
-    """An array of the points or the cells, of so many finite values with their components."""
+    """Reads an array of the points or the cells, of `count` finite values with their components."""
     array = arrays.GetArray(name)
     check(array is not None, f"{path}: there is no array {name}")
     check(array.GetNumberOfComponents() == components, f"{path}: {name} has {array.GetNumberOfComponents()} components")
@@ -176,7 +176,7 @@ def read_workpiece(path, settings):
 
 
 def distances(nodes, outline, tangents, normals):
-    """Signed distances of nodes from an outline, and whether it is a straight line."""
+    """Signed distances of nodes from an outline, and `True` if it is a straight line."""
     if np.ptp(normals, axis=0).max() < 1e-9:
         return (nodes - outline[0]) @ normals[0], True
     offsets = nodes[:, None, :] - outline[None, :-1, :]
@@ -191,7 +191,7 @@ def distances(nodes, outline, tangents, normals):
 
 
 def gaps_at(time, nodes, settings, workpiece):
-    """Gaps of nodes to the workpiece at a time, and whether it is flat."""
+    """Gaps of nodes to the workpiece at a time, and `True` if it is flat."""
     own = nodes - time * np.array([settings["workpiece"]["feed_velocity_m_s"], 0.0, 0.0])
     signed, is_flat = distances(own, *workpiece)
     return signed - settings["contact"]["radius_m"], is_flat
@@ -215,7 +215,7 @@ def read_collection(path):
 
 
 def compare_shapes(directory):
-    """The filament at all times with history.csv and with the workpiece. Roots, lengths and the start are tested in Rust."""
+    """Compares the filament at all times with history.csv and the workpiece. Roots, lengths and the start are tested in Rust."""
     settings = json.loads((directory / "case.json").read_text(encoding="utf-8"))["settings"]
     history = read_rows(directory / "history.csv")
     segments = settings["filament"]["segments"]
@@ -265,7 +265,7 @@ def compare_shapes(directory):
 
 
 def compare_frames(directory):
-    """The filaments of a brush at all times with the settings, with filaments.csv and history.csv, and with the workpiece."""
+    """Compares the filaments of a brush at all times with settings, filaments.csv, history.csv and workpiece."""
     settings = json.loads((directory / "brush.json").read_text(encoding="utf-8"))["settings"]
     filaments = {key: np.array(values) for key, values in transposed(read_rows(directory / "filaments.csv")).items()}
     history = {row["time_s"]: row for row in read_rows(directory / "history.csv")}

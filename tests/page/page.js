@@ -1,4 +1,4 @@
-// The page of a study in a browser: what a reader does with it, and what it looks like.
+// The page of a study in a browser: actions of a reader, and the looks of the page.
 //
 //   node page.js REPORTS SCREENSHOTS
 //
@@ -17,7 +17,7 @@ import { chromium } from "playwright-core";
 
 const [reports, screenshots] = process.argv.slice(2);
 const scratch = fs.mkdtempSync(path.join(os.tmpdir(), "bristle-page-"));
-/** How wide the narrowest screens are on which the page has to work. */
+/** Width in px of the narrowest screens on which the page has to work. */
 const NARROW = 360;
 let browser;
 
@@ -63,7 +63,7 @@ async function visit(file, body, { width = 1280, height = 900, ...options } = {}
 }
 
 const report = (name) => path.join(reports, `${name}.html`);
-/** What a test does with the page of a report, at an address such as "paper#case-66". */
+/** A test of the page of a report, at an address such as "paper#case-66". */
 const visiting = (address, body, options) => () => {
   const [name, row] = address.split("#");
   return visit(report(name), body, options, row && `#${row}`);
@@ -101,7 +101,7 @@ async function fitsAcross(page) {
   assert.ok(content <= window, `the page is ${content} px wide in a window of ${window} px`);
 }
 
-/** Waits until the page shows the case in that row of runs.csv: the address changes first, and what it shows a moment later. */
+/** Waits until the page shows the case in that row of runs.csv: the address changes first, the content a moment later. */
 async function opened(page, row) {
   await page.waitForFunction(
     (row) => location.hash === `#case-${row}` && document.getElementById("case-row").textContent === String(row),

@@ -1,10 +1,10 @@
-//! What the forms for programs share: origin and operations.
+//! Origin and operation count of emitted source, alike in all languages.
 
 use crate::back::json::fingerprint;
 use crate::ir::graph::Node;
 use crate::ir::kernel::Kernel;
 
-/// How many operations a kernel takes; a shared one counts once.
+/// Number of operations of a kernel; a shared one counts once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OperationCount {
     /// Additions, subtractions and changes of sign.
@@ -70,12 +70,12 @@ pub fn count_operations(kernel: &Kernel) -> OperationCount {
     count
 }
 
-/// What the header of emitted source says about its origin.
+/// Origin of emitted source, stated in its header.
 #[derive(Clone, Copy, Debug)]
 pub struct Origin<'a> {
-    /// What the source computes, in one line.
+    /// Subject of the source, in one line.
     pub title: &'a str,
-    /// What made the expressions: an engine with its version, and what it derived them from.
+    /// Maker of the expressions: an engine with its version, and the input of its derivation.
     pub maker: &'a str,
     /// The command that makes the source again.
     pub again: &'a str,

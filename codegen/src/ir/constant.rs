@@ -66,7 +66,7 @@ impl Constant {
         }
     }
 
-    /// True for an exact or floating zero.
+    /// `true` for an exact or floating zero.
     pub fn is_zero(self) -> bool {
         match self {
             Self::Rational(value) => value.is_zero(),
@@ -74,17 +74,17 @@ impl Constant {
         }
     }
 
-    /// True for an exact one.
+    /// `true` for an exact one.
     pub fn is_one(self) -> bool {
         matches!(self, Self::Rational(value) if value.is_one())
     }
 
-    /// True for an exact minus one.
+    /// `true` for an exact minus one.
     pub fn is_minus_one(self) -> bool {
         (-self).is_one()
     }
 
-    /// True for a value below zero.
+    /// `true` for a value below zero.
     pub fn is_negative(self) -> bool {
         self.value() < 0.0
     }
@@ -98,7 +98,7 @@ impl Constant {
         }
     }
 
-    /// The exact integer that it is, if it is one.
+    /// The exact integer; `None` for other values.
     pub fn integer(self) -> Option<i32> {
         match self {
             Self::Rational(value) if value.is_integer() => value.to_i32(),

@@ -1,7 +1,7 @@
 //! The expression graph: interned nodes with typed ids, operands before users.
 //!
-//! Interning makes equal expressions one node, so common subexpressions cost nothing, equality is a
-//! comparison of ids, and differentiation and dead-node removal are single sweeps over the arena.
+//! Interning makes equal expressions one node. Common subexpressions cost nothing, and equality is a
+//! comparison of ids. Differentiation and dead-node removal are single sweeps over the arena.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -32,11 +32,11 @@ impl SymbolId {
     }
 }
 
-/// Maximum magnitude of the exponent of a [`Node::Powi`] that is read or that a rule makes: it is
-/// emitted as that many multiplications.
+/// Maximum magnitude of the exponent of a [`Node::Powi`] that is read or that a rule makes: a power
+/// is emitted as that many multiplications.
 pub const MAX_EXPONENT: i32 = 64;
 
-/// How a symbol is written.
+/// A named variable with its unit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Symbol {
     /// A Rust identifier, unique in the graph: `phi_rate_2`.
@@ -120,7 +120,7 @@ impl Node {
         first.into_iter().chain(second)
     }
 
-    /// The same operation on other operands.
+    /// Applies the operation to other operands.
     pub fn map(self, mut operand: impl FnMut(NodeId) -> NodeId) -> Self {
         match self {
             Self::Constant(_) | Self::Symbol(_) => self,
@@ -150,11 +150,11 @@ impl Node {
 pub struct Rule {
     /// A short name, unique in the table.
     pub name: &'static str,
-    /// What it does, as mathematics.
+    /// Effect of the rule, as mathematics.
     pub statement: &'static str,
-    /// Where it holds.
+    /// Its domain.
     pub domain: &'static str,
-    /// The result, if the rule applies to this operation.
+    /// Returns the result, if the rule applies to this operation.
     pub apply: fn(&mut Graph, Node) -> Option<NodeId>,
 }
 
@@ -171,8 +171,8 @@ impl std::fmt::Debug for Rule {
 /// - no two nodes are equal;
 /// - constants are finite; symbols have unique names that are Rust identifiers.
 ///
-/// The constructors (`add`, `mul`, …) first apply the rules that the graph was made with:
-/// [`Graph::new`] takes those of [`crate::ir::simplify`], [`Graph::raw`] takes none.
+/// The constructors (`add`, `mul`, …) first apply the rules of the graph. [`Graph::new`] takes
+/// those of [`crate::ir::simplify`], [`Graph::raw`] takes none.
 #[derive(Clone, Debug)]
 pub struct Graph {
     nodes: Vec<Node>,
@@ -221,7 +221,7 @@ impl Graph {
         &self.symbols
     }
 
-    /// The node that holds `node`, new or known, without rewriting.
+    /// Returns the node that holds `node`, new or known, without rewriting.
     ///
     /// # Panics
     /// If an operand is not of this graph, or the graph outgrows `u32`.
@@ -239,7 +239,7 @@ impl Graph {
         })
     }
 
-    /// The node for `node` after the graph's rules.
+    /// Interns `node` after the graph's rules.
     pub fn make(&mut self, node: Node) -> NodeId {
         for rule in self.rules {
             if let Some(result) = (rule.apply)(self, node) {
@@ -290,8 +290,8 @@ impl Graph {
         }
     }
 
-    /// Calls the operation at `id` by `name` where a program gives it a variable. A node keeps its
-    /// first name; constants and symbols need none.
+    /// Gives the operation at `id` the name of its variable in a program. A node keeps its first
+    /// name; constants and symbols need none.
     pub fn set_name(&mut self, id: NodeId, name: &str) {
         if !matches!(self.node(id), Node::Constant(_) | Node::Symbol(_)) {
             self.names.entry(id).or_insert_with(|| name.to_owned());
@@ -312,7 +312,8 @@ impl Graph {
         graph
     }
 
-    /// A graph with the same symbols and names and only what `outputs` need, and the outputs in it.
+    /// Copies the part that `outputs` need, with all symbols and names; also returns the outputs in
+    /// the copy.
     pub fn extract(&self, outputs: &[NodeId]) -> (Self, Vec<NodeId>) {
         let mut graph = self.with_same_symbols();
         let mut ids: HashMap<NodeId, NodeId> = HashMap::new();
@@ -354,7 +355,7 @@ impl Graph {
         }
     }
 
-    /// True if `id` is the constant zero.
+    /// `true` if `id` is the constant zero.
     pub fn is_zero(&self, id: NodeId) -> bool {
         self.as_constant(id).is_some_and(Constant::is_zero)
     }
@@ -464,12 +465,12 @@ impl Graph {
         self.sum(products)
     }
 
-    /// The nodes that `outputs` need, themselves included, operands before users.
+    /// The nodes that `outputs` need, including `outputs`, operands before users.
     pub fn reachable(&self, outputs: &[NodeId]) -> Vec<NodeId> {
         self.reachable_until(outputs, |_| false)
     }
 
-    /// The same without what only the nodes need that `is_given` names.
+    /// Like [`Graph::reachable`], but without nodes that only those with `is_given` need.
     pub fn reachable_until(
         &self,
         outputs: &[NodeId],
@@ -551,7 +552,7 @@ impl Graph {
 
     /// Values of all nodes, for the given values of the symbols (by symbol index).
     ///
-    /// A node that its symbols make undefined (a division by zero) is NaN or infinite.
+    /// A node that is undefined for these values (a division by zero) is NaN or infinite.
     ///
     /// # Panics
     /// If `symbols` does not have one value per symbol.

@@ -8,9 +8,9 @@ use crate::ir::unit::Unit;
 /// A function to emit: named inputs, expressions, named outputs.
 #[derive(Clone, Debug)]
 pub struct Kernel {
-    /// Name of the function; in camel case, that of the type of its result.
+    /// Name of the function; in camel case, the type of its result.
     pub name: String,
-    /// What it computes, in the words and symbols of the model. May have several lines.
+    /// Description of the function, in the words and symbols of the model. May have several lines.
     pub summary: String,
     /// The graph that holds the expressions.
     pub graph: Graph,
@@ -59,9 +59,9 @@ pub fn computed_operands(node: Node) -> impl Iterator<Item = NodeId> {
 pub struct Input {
     /// Name of the argument.
     pub name: String,
-    /// What it is, with its unit.
+    /// Description with unit.
     pub doc: String,
-    /// Its elements: a local name, and the node whose value it is. One element makes a scalar.
+    /// Its elements: a local name and a node each. One element makes a scalar.
     pub elements: Vec<(String, NodeId)>,
     /// Its place in a structure, in languages whose arguments are structures.
     pub place: Option<Place>,
@@ -90,7 +90,7 @@ pub struct Place {
 }
 
 impl Input {
-    /// Creates an input from named elements, which is an argument of its own.
+    /// Creates an input from named elements, as an argument of its own.
     pub fn new(name: &str, doc: &str, elements: Vec<(String, NodeId)>) -> Self {
         Self {
             name: name.into(),
@@ -100,7 +100,7 @@ impl Input {
         }
     }
 
-    /// This input as a field of `argument`.
+    /// Makes the input a field of `argument`.
     pub fn in_group(self, group: &'static Group, argument: &str, field: &'static str) -> Self {
         Self {
             place: Some(Place {
@@ -112,7 +112,7 @@ impl Input {
         }
     }
 
-    /// The symbols `names` of `graph` as one argument.
+    /// Creates an argument from the symbols `names` of `graph`.
     ///
     /// # Panics
     /// If the graph has no such symbol.
@@ -139,7 +139,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The number of rows, and that of columns, as far as it has them.
+    /// Numbers of rows and columns, as far as the shape has them.
     pub fn sizes(self) -> Vec<usize> {
         match self {
             Self::Scalar => Vec::new(),
@@ -154,7 +154,7 @@ impl Shape {
 pub struct Output {
     /// Name of the field.
     pub name: String,
-    /// What it is.
+    /// Description.
     pub doc: String,
     /// Unit of its elements.
     pub unit: Unit,
@@ -199,7 +199,7 @@ impl Output {
         }
     }
 
-    /// The unit, to follow what the output is.
+    /// The unit, as it follows the description.
     pub fn in_unit(&self) -> String {
         if self.unit == Unit::ONE {
             String::new()
@@ -217,7 +217,7 @@ pub fn output_nodes(outputs: &[Output]) -> Vec<NodeId> {
         .collect()
 }
 
-/// Puts `nodes` in the place of [`output_nodes`], as a pass returns them.
+/// Replaces the nodes of `outputs`, in the order of [`output_nodes`].
 pub fn set_output_nodes(outputs: &mut [Output], nodes: Vec<NodeId>) {
     let mut nodes = nodes.into_iter();
     for output in outputs {

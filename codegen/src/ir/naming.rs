@@ -1,6 +1,6 @@
-//! Names: what every language accepts, and what a name becomes as a type.
+//! Names that every language accepts, and names of types.
 
-/// True for an ASCII letter, followed by letters, digits and `_`.
+/// `true` for an ASCII letter, followed by letters, digits and `_`.
 pub fn is_identifier(name: &str) -> bool {
     let mut letters = name.chars();
     letters
@@ -9,7 +9,7 @@ pub fn is_identifier(name: &str) -> bool {
         && letters.all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
 }
 
-/// `segment_tangent` as `SegmentTangent`.
+/// Converts `segment_tangent` to `SegmentTangent`.
 pub fn camel_case(name: &str) -> String {
     let capitalise = |word: &str| {
         let mut letters = word.chars();

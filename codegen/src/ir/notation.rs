@@ -1,11 +1,12 @@
-//! How the parts of an expression are written, and how they are written as plain text.
+//! Notation of the parts of an expression, and plain text as one notation.
 
 use crate::ir::constant::Constant;
 use crate::ir::unit::superscript;
 
-/// Binding strengths.
+/// Binding strength; larger values bind more.
 pub const SUM: u8 = 1;
-/// A fraction with a slash: next to another factor, its denominator would be ambiguous.
+/// See [`SUM`]. Next to another factor, the denominator of a fraction with a slash would be
+/// ambiguous.
 pub const QUOTIENT: u8 = 2;
 /// See [`SUM`].
 pub const PRODUCT: u8 = 3;
@@ -14,12 +15,12 @@ pub const POWER: u8 = 4;
 /// See [`SUM`].
 pub const ATOM: u8 = 5;
 
-/// A written expression and how strongly it binds.
+/// A written expression and its binding strength.
 #[derive(Clone, Debug)]
 pub struct Written {
     /// The expression.
     pub text: String,
-    /// How strongly it holds together.
+    /// Its binding strength.
     pub strength: u8,
 }
 
@@ -32,7 +33,7 @@ impl Written {
         }
     }
 
-    /// In parentheses if it binds less than `context`.
+    /// Adds parentheses if it binds less than `context`.
     pub fn within(self, context: u8) -> String {
         if self.strength < context {
             format!("({})", self.text)
@@ -47,8 +48,8 @@ impl Written {
 ///
 /// A sign between terms has a space on each side, where lines can be broken.
 pub trait Notation {
-    /// True for mathematics, which has terms and factors in the customary order. A program has the
-    /// operations of the graph, in its order.
+    /// `true` for mathematics, which has terms and factors in the customary order. A program keeps
+    /// the operations and the order of the graph.
     fn is_mathematics(&self) -> bool {
         true
     }
@@ -99,12 +100,14 @@ pub fn applied(name: &str, argument: &Written) -> String {
 /// Plain text.
 pub struct Text;
 
-/// From this size on, and below its inverse, a float is written with a power of ten.
-const LARGE: f64 = 1e7;
+/// Magnitude from which a float has a power of ten, as it has below the inverse.
+const MIN_SCIENTIFIC: f64 = 1e7;
 
-/// Mantissa and exponent of a float that is written with a power of ten; none for the others.
+/// Mantissa and exponent of a float that is written with a power of ten; `None` for others.
 pub fn scientific(value: f64) -> Option<(String, String)> {
-    let plain = value == 0.0 || !value.is_finite() || (1.0 / LARGE..LARGE).contains(&value.abs());
+    let plain = value == 0.0
+        || !value.is_finite()
+        || (1.0 / MIN_SCIENTIFIC..MIN_SCIENTIFIC).contains(&value.abs());
     let (mantissa, exponent) = (!plain)
         .then(|| format!("{value:e}"))?
         .split_once('e')
@@ -117,7 +120,7 @@ impl Notation for Text {
         '−'
     }
 
-    /// Common fractions as one character.
+    /// Writes common fractions as one character.
     fn number(&self, value: Constant) -> String {
         const FRACTIONS: [((i64, i64), &str); 8] = [
             ((1, 2), "½"),

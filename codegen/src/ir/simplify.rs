@@ -1,8 +1,8 @@
 //! Simplification of single operations: rewriting rules with names and side conditions.
 //!
 //! The constructors of a [`Graph`] apply [`RULES`] to each operation and its operands, so that no
-//! trivial operation ever enters it. A graph itself knows no rules: it carries the table that it
-//! was made with.
+//! trivial operation enters it. A graph itself knows no rules: it carries the table of its
+//! constructor.
 
 use crate::ir::constant::Constant;
 use crate::ir::graph::{Graph, MAX_EXPONENT, Node, NodeId, Rule};
@@ -22,8 +22,8 @@ impl Graph {
 
 /// The rules that a graph's constructors apply, in this order.
 ///
-/// Each has its name, what it does, and where it holds. It makes the expression smaller or brings
-/// it closer to a canonical order, so that rewriting ends.
+/// Each has a name, its effect and its domain. A rule makes the expression smaller or brings it
+/// closer to a canonical order, so that rewriting ends.
 pub const RULES: &[Rule] = &[
     rule(
         "fold-constants",
@@ -229,7 +229,7 @@ fn pull_sign(graph: &mut Graph, node: Node) -> Option<NodeId> {
     }
 }
 
-/// The operation `like` on the operands `a` and `b`.
+/// Applies the operation `like` to the operands `a` and `b`.
 fn remake(graph: &mut Graph, like: Node, a: NodeId, b: NodeId) -> NodeId {
     let mut operands = [a, b].into_iter();
     graph.make(like.map(|_| {
@@ -239,7 +239,7 @@ fn remake(graph: &mut Graph, like: Node, a: NodeId, b: NodeId) -> NodeId {
     }))
 }
 
-/// `id` as `coefficient × body`, where the coefficient is an explicit constant factor.
+/// Splits `id` into `coefficient × body`, where the coefficient is an explicit constant factor.
 pub(crate) fn split_coefficient(graph: &Graph, id: NodeId) -> (Constant, NodeId) {
     match graph.node(id) {
         Node::Neg(a) => (Constant::from(-1), a),
@@ -250,7 +250,7 @@ pub(crate) fn split_coefficient(graph: &Graph, id: NodeId) -> (Constant, NodeId)
     }
 }
 
-/// `coefficient × body`, through the graph's rules.
+/// Builds `coefficient × body` through the graph's rules.
 pub(crate) fn scaled(graph: &mut Graph, coefficient: Constant, body: NodeId) -> NodeId {
     let coefficient = graph.constant(coefficient);
     graph.mul(coefficient, body)

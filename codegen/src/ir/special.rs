@@ -1,4 +1,4 @@
-//! `S(u) = ½α²` of `u = 1 − cos α`: the one special function that the model needs.
+//! The only special function of the model: `S(u) = ½α²` of `u = 1 − cos α`.
 //!
 //! A bending spring stores `½ c α²`, where `α ∈ [0, π)` is the angle between two directions.
 //! Through `α = arccos(e·e')` its derivatives are singular at the straight joint, although the
@@ -15,16 +15,16 @@
 //! u(2−u) S^(k+2) = [k = 0] + k² S^(k) − (2k+1)(1−u) S^(k+1).
 //! ```
 //!
-//! Near `u = 0` that recurrence cancels, so the power series is used there instead.
+//! Near `u = 0` that recurrence cancels, so the power series replaces it there.
 
-/// Below this `u` (`α < 0.355`) the series is summed; above it the closed form is accurate.
+/// Largest `u` for which the series is summed (`α < 0.355`); the closed form is accurate above.
 pub const SERIES_LIMIT: f64 = 1.0 / 16.0;
 
-/// The highest derivative of `S` that is defined.
+/// Order of the highest derivative of `S` that is defined.
 pub const MAX_ORDER: u8 = 3;
 
-/// Terms that bring the truncated series below one rounding error for `|u| ≤ SERIES_LIMIT`, for
-/// every order.
+/// Number of terms that bring the truncated series below one rounding error for
+/// `|u| ≤ SERIES_LIMIT` and every order.
 pub const TERMS: usize = 14;
 
 const fn series(order: usize) -> [f64; TERMS] {

@@ -71,7 +71,7 @@ impl Unit {
         self.times(other.powi(-1))
     }
 
-    /// The dimension that the unit measures.
+    /// The dimension of the unit.
     pub fn dimension(self) -> Dimension {
         let mut exponents = [0; 3];
         for (power, dimension) in self.0.into_iter().zip(DIMENSIONS) {
@@ -90,7 +90,7 @@ impl Unit {
             .filter(|&(_, exponent)| exponent != 0)
     }
 
-    /// The form of files: factors with `^` and the exponent, `1` for a number.
+    /// The form in files: factors with `^` and the exponent, `1` for a number.
     pub fn code(self) -> String {
         let factor = |(name, exponent): (&str, i8)| match exponent {
             1 => name.to_string(),

@@ -8,7 +8,7 @@ use crate::ir::unit::Unit;
 /// Writes the expressions of one graph.
 ///
 /// Sums and products of any length are written without recursion. Other operations recurse once per
-/// level, so that whoever writes deep expressions must cut them by names.
+/// level, so that callers must cut deep expressions by names.
 pub struct Writer<'a> {
     graph: &'a Graph,
     notation: &'a dyn Notation,
@@ -17,7 +17,7 @@ pub struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
-    /// Without names.
+    /// A writer without names.
     pub fn new(graph: &'a Graph, notation: &'a dyn Notation) -> Self {
         Self {
             graph,
@@ -48,7 +48,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// The operation at `id`, whether it has a name or not.
+    /// The operation at `id`, with or without a name.
     pub fn operation(&self, id: NodeId) -> Written {
         let of = |id, context| self.expression(id).within(context);
         let minus = self.notation.minus();
@@ -105,13 +105,13 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// True for an operand that is written as a part of the sum or product `top`.
+    /// `true` for an operand that is written as a part of the sum or product `top`.
     fn continues(&self, top: NodeId, id: NodeId) -> bool {
         id == top || (self.notation.is_mathematics() && !self.is_named(id))
     }
 
-    /// The terms with their signs. Without recursion, because a sum can have more terms than fit on
-    /// the stack.
+    /// Writes the terms with their signs. There is no recursion, because a sum can have more terms
+    /// than fit on the stack.
     fn sum(&self, top: NodeId) -> String {
         let mut text = String::new();
         let mut pending = vec![(top, false)];
@@ -142,7 +142,7 @@ impl<'a> Writer<'a> {
         text
     }
 
-    /// The factors in the customary order: numbers, symbols, functions, sums.
+    /// Writes the factors in the customary order: numbers, symbols, functions, sums.
     fn product(&self, top: NodeId) -> String {
         let mut factors = Vec::new();
         let mut pending = vec![top];
@@ -192,8 +192,8 @@ impl<'a> Writer<'a> {
         Written::new(self.notation.function(name, exponent, argument), POWER)
     }
 
-    /// A positive power of a sine, cosine or hyperbolic tangent has its exponent after the name;
-    /// `sin⁻¹` would be read as an arc sine.
+    /// Writes the positive exponent of a sine, cosine or hyperbolic tangent after its name; `sin⁻¹`
+    /// would be read as an arc sine.
     fn power(&self, base: NodeId, exponent: i32) -> Written {
         match self.graph.node(base) {
             Node::Sin(argument) if exponent > 0 && !self.is_named(base) => {
@@ -212,11 +212,11 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// An [`excerpt`] leaves out operations below this depth and characters beyond this number.
+/// Maximum depth of the operations of an [`excerpt`], and maximum number of its characters.
 const EXCERPT_DEPTH: usize = 5;
 const EXCERPT_LENGTH: usize = 120;
 
-/// The outer operations of `id` as text, for messages; an ellipsis marks what is left out.
+/// Writes the outer operations of `id` as text, for messages; an ellipsis marks an omission.
 pub fn excerpt(graph: &Graph, id: NodeId) -> String {
     let mut copy = Graph::raw();
     let top = copy_levels(graph, id, &mut copy, EXCERPT_DEPTH);

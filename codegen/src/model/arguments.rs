@@ -70,7 +70,7 @@ pub(super) static COORDINATE: Group = Group {
     ],
 };
 
-/// The symbol `name` as a field of `argument`.
+/// Makes the symbol `name` a field of `argument`.
 fn field(
     graph: &Graph,
     name: &str,
@@ -82,7 +82,7 @@ fn field(
     Input::symbols(graph, name, doc, &[name]).in_group(group, argument, field)
 }
 
-/// `h`, `m` and `J`.
+/// The inputs `h`, `m` and `J`.
 pub(super) fn segment_constants(graph: &Graph) -> Vec<Input> {
     let field = |name, doc, place| field(graph, name, doc, &SEGMENT_CONSTANTS, "segment", place);
     vec![
@@ -92,7 +92,7 @@ pub(super) fn segment_constants(graph: &Graph) -> Vec<Input> {
     ]
 }
 
-/// `c` and `d`.
+/// The inputs `c` and `d`.
 pub(super) fn joint_constants(graph: &Graph) -> Vec<Input> {
     let field = |name, doc, place| field(graph, name, doc, &JOINT_CONSTANTS, "joint", place);
     vec![
@@ -101,7 +101,7 @@ pub(super) fn joint_constants(graph: &Graph) -> Vec<Input> {
     ]
 }
 
-/// `w_q` and `w_v`.
+/// The inputs `w_q` and `w_v`.
 pub(super) fn weights(graph: &Graph) -> Vec<Input> {
     let field = |name, doc, place| field(graph, name, doc, &STEP_WEIGHTS, "weights", place);
     vec![

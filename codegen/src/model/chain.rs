@@ -1,12 +1,13 @@
-//! The physics: the energies of a chain of rigid segments, and nothing else.
+//! Physics of the model: the energies of a chain of rigid segments, and nothing else.
 //!
 //! A filament is `n` rigid segments of length `h`, mass `m` and transverse moment of inertia `J`
 //! about their centres, joined by rotational springs and dampers (Uhlmann and Hoyer 2021, section
-//! 2). A wavy filament has springs that are relaxed at an angle `κ` about `z`; mass, inertia,
-//! stiffness and damping of a tapered one change along it. Segment `k` points along `e_k = (sin φ_k
-//! cos θ_k, sin φ_k sin θ_k, cos φ_k)`; the first is clamped at `r_0(t)` along `e_0(t)`. Every
-//! energy is a sum over segments or joints and is stated here once. The whole equations of a chain
-//! and the kernels of one segment or joint are derived from the same functions.
+//! 2). The springs of a wavy filament are relaxed at an angle `κ` about `z`; mass, inertia,
+//! stiffness and damping of a tapered one change along it. Segment `k` points along
+//! `e_k = (sin φ_k cos θ_k, sin φ_k sin θ_k, cos φ_k)`; the first is clamped at `r_0(t)` along
+//! `e_0(t)`. Each energy is a sum over segments or joints and is stated here once. The whole
+//! equations of a chain and the kernels of one segment or joint are derived from the same
+//! functions.
 
 use std::collections::BTreeMap;
 
@@ -31,7 +32,7 @@ pub const INERTIA: Unit = Unit::KILOGRAM.times(Unit::METRE.powi(2));
 /// A vector in the inertial frame.
 pub type Vec3 = [NodeId; 3];
 
-/// How a filament moves, which decides its coordinates.
+/// Motion of a filament, which decides its coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
     /// In space: `φ` and `θ` of each segment.
@@ -41,7 +42,7 @@ pub enum Motion {
 }
 
 impl Motion {
-    /// The name of a function for this motion, whose name in space is `name`.
+    /// The name for this motion of a function whose name in space is `name`.
     pub fn name_for(self, name: &str) -> String {
         match self {
             Self::Spatial => name.into(),
@@ -79,8 +80,9 @@ impl Motion {
         }
     }
 
-    /// `energies` of `segments` for this motion. In the plane `φ = π/2` and `φ̇ = 0`, nothing moves
-    /// or pulls along `z`, and the angle of a joint is the difference of two azimuths.
+    /// Specialises `energies` of `segments` to this motion. In the plane `φ = π/2` and `φ̇ = 0`,
+    /// nothing moves or pulls along `z`, and the angle of a joint is the difference of two
+    /// azimuths.
     pub fn specialise<const N: usize>(
         self,
         graph: &mut Graph,
@@ -98,8 +100,8 @@ impl Motion {
     }
 }
 
-/// What is known of a motion in the plane: `sin φ`, `cos φ` and `φ̇` of each segment, and each
-/// component along `z`. The angular velocity of the body has no other component.
+/// Known values of a motion in the plane: `sin φ`, `cos φ` and `φ̇` of each segment, and each
+/// component along `z`. The angular velocity of the body has no component but that along `z`.
 pub fn in_plane(graph: &mut Graph, segments: &[Segment]) -> BTreeMap<NodeId, NodeId> {
     let (zero, one) = (graph.integer(0), graph.integer(1));
     let along_z = graph
@@ -171,8 +173,8 @@ pub struct Hinge {
     pub stiffness: NodeId,
     /// Damping `d` in N m s.
     pub damping: NodeId,
-    /// Relaxed angle `κ` in rad: the spring is relaxed where the outer side is the inner one turned
-    /// about `z` by `κ`.
+    /// Relaxed angle `κ` in rad: the outer side of a relaxed spring is the inner one turned about
+    /// `z` by `κ`.
     pub relaxed_angle: NodeId,
 }
 
@@ -201,23 +203,23 @@ impl Hinge {
     }
 }
 
-/// What is known of a relaxed filament, so that its equations have fewer constants.
+/// Known properties of a relaxed filament, which save constants in its equations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Shape {
-    /// It is straight: every relaxed angle is zero.
+    /// `true` if every relaxed angle is zero.
     pub is_straight: bool,
-    /// It is a cylinder: all segments have the same mass and inertia, and all joints the same
-    /// stiffness and damping, except that the joint of the clamp bends only half the length (MODEL,
-    /// "Energies"), which makes it twice as stiff.
+    /// `true` if the filament is a cylinder: all segments have the same mass and inertia, and all
+    /// joints the same stiffness and damping. The joint of the clamp is twice as stiff, because it
+    /// bends only half the length (MODEL, "Energies").
     pub is_cylinder: bool,
 }
 
-/// The constants of a chain, as symbols; those that its [`Shape`] determines are other expressions.
+/// The constants of a chain, as symbols; those that the [`Shape`] determines are other expressions.
 #[derive(Clone, Debug)]
 pub struct Parameters {
-    /// Of each segment, from the clamp outwards.
+    /// Constants of each segment, from the clamp outwards.
     pub bodies: Vec<Body>,
-    /// Of the joint at the inner end of each segment.
+    /// Constants of the joint at the inner end of each segment.
     pub hinges: Vec<Hinge>,
     /// Gravitational acceleration in m/s².
     pub gravity: Vec3,
@@ -249,7 +251,7 @@ impl Parameters {
                         Shape {
                             is_straight: true, ..
                         } => graph.integer(0),
-                        // A wave differs from joint to joint in a cylinder, too.
+                        // Each joint of a wavy cylinder has a relaxed angle of its own, too.
                         Shape {
                             is_cylinder: true, ..
                         } => Hinge::new(graph, &k.to_string()).relaxed_angle,
@@ -330,7 +332,7 @@ pub fn angular_velocity(graph: &mut Graph) -> Vec3 {
     })
 }
 
-/// The name of its component along `axis`.
+/// The name of the component of `Ω` along `axis`.
 pub fn angular_velocity_name(axis: &str) -> String {
     format!("angular_velocity_{axis}")
 }
@@ -379,7 +381,7 @@ impl Segment {
         name_vector(graph, "direction", (self.theta, "theta"), direction)
     }
 
-    /// `e` turned back about `z` by the relaxed angle of the joint at its inner end: where the
+    /// `e` turned back about `z` by the relaxed angle of the joint at its inner end. Where the
     /// spring is relaxed, it equals the direction of the inner side.
     pub fn unbent_direction(&self, graph: &mut Graph, hinge: &Hinge) -> Vec3 {
         let azimuth = graph.sub(self.theta, hinge.relaxed_angle);
@@ -397,7 +399,7 @@ impl Segment {
         ]
     }
 
-    /// Its rate `ė`.
+    /// The rate `ė` of the direction.
     pub fn direction_rate(&self, graph: &mut Graph) -> Vec3 {
         let direction = self.direction(graph);
         let rates = BTreeMap::from([(self.phi, self.phi_rate), (self.theta, self.theta_rate)]);
@@ -441,9 +443,9 @@ pub fn gravity_energy(
     graph.neg(energy)
 }
 
-/// `½ c α² = c S(u)` of a joint between the directions `previous` and `next`, with `u = ½|e' − e|²
-/// = 1 − cos α`. One of the two is turned about `z` by the relaxed angle of the joint
-/// ([`Segment::unbent_direction`]), so that `α = 0` where the spring is relaxed.
+/// `½ c α² = c S(u)` of a joint between the directions `previous` and `next`, with
+/// `u = ½|e' − e|² = 1 − cos α`. One of the two is turned about `z` by the relaxed angle of the
+/// joint ([`Segment::unbent_direction`]), so that `α = 0` where the spring is relaxed.
 ///
 /// The chord form of `u` is never negative and keeps its relative precision at the straight joint,
 /// where `S` is analytic (see [`crate::ir::special`]).
@@ -501,7 +503,7 @@ pub fn outer_end(graph: &mut Graph, body: &Body, base: Vec3, direction: Vec3) ->
     along(graph, base, body.length, (1, 1), direction)
 }
 
-/// Calls the components of `vector` `name_x` and so on; `name_1_x` if it belongs to `symbol`, which
+/// Names the components of `vector` `name_x` and so on; `name_1_x` if it belongs to `symbol`, which
 /// is `family_1`.
 pub(super) fn name_vector(
     graph: &mut Graph,
@@ -533,7 +535,7 @@ pub fn vector_symbol(graph: &mut Graph, name: &str, notation: &str, unit: Unit) 
     })
 }
 
-/// Three nodes as a vector.
+/// Converts three nodes to a vector.
 ///
 /// # Panics
 /// If there are not three.

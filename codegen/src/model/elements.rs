@@ -1,7 +1,7 @@
-//! The elements of a chain: one segment and one joint, with what their kernels have in common.
+//! The elements of a chain, one segment and one joint, and the parts that their kernels share.
 //!
-//! From here the kernels are named: those of motion in space and in the plane in
-//! [`super::kernels`], those of the lateral variation in [`super::lateral`].
+//! [`super::kernels`] names the kernels of motion in space and in the plane, [`super::lateral`]
+//! those of the lateral variation.
 
 use std::collections::BTreeMap;
 
@@ -61,7 +61,7 @@ impl Derivation {
         })
     }
 
-    /// The same for `motion`, which the name and the summary state.
+    /// Derives the kernel for `motion`, which the name and the summary state.
     pub fn kernel_for(
         self,
         motion: Motion,
@@ -106,7 +106,7 @@ pub(super) fn trigonometry(graph: &mut Graph, motion: Motion, name: &str, label:
     }
 }
 
-/// Those of the segment on a side of a joint in space, which is called like the segment.
+/// The angles of the segment on a side of a joint in space; the side has the name of the segment.
 pub(super) fn side(graph: &mut Graph, name: &str) -> Input {
     trigonometry(graph, Motion::Spatial, name, name).in_group(&SIDE, name, "angles")
 }
@@ -151,7 +151,7 @@ pub(super) fn rates_in_body(graph: &Graph, motion: Motion, name: &str, label: &s
     }
 }
 
-/// What the rates of joints are less than those of the segments.
+/// Reference of the rates of joints.
 const IN_BODY: &str = "less those of a segment that turns rigidly with the body";
 
 /// The symbols `w_q` and `w_v`.
@@ -184,7 +184,7 @@ pub(super) struct FreeSegment {
     pub segment: Segment,
     pub base_velocity: Vec<NodeId>,
     pub kinetic_energy: NodeId,
-    /// The outer end relative to the inner one, `h e`, and its rate.
+    /// Position of the outer end relative to the inner one, `h e`, and its rate.
     pub reach: Vec<NodeId>,
     pub reach_rate: Vec<NodeId>,
 }
@@ -224,14 +224,14 @@ impl FreeSegment {
         self.motion.variables(&[self.segment])
     }
 
-    /// `q → q̇`
+    /// The map `q → q̇`.
     pub fn rates_of_coordinates(&self) -> BTreeMap<NodeId, NodeId> {
         let [coordinates, rates] = self.variables();
         coordinates.into_iter().zip(rates).collect()
     }
 }
 
-/// What a segment needs at its inner end for given accelerations and a given outer force.
+/// Load of a segment at its inner end for given accelerations and a given outer force.
 pub(super) struct InverseDynamics {
     pub free: FreeSegment,
     /// The symbols of `ẍ`.
@@ -291,12 +291,12 @@ impl InverseDynamics {
     }
 }
 
-/// A joint between two directions and the segments whose coordinates it acts on.
+/// A joint between two directions, and the segments whose coordinates it acts on.
 ///
 /// The rates of these segments are those in the body, `q̇ − q̇_r`, with the rates `q̇_r` of a
-/// segment that turns rigidly with it ([`RigidRates`]). With them the rate of a direction is the
-/// one in the body, and because `q̇_r` does not depend on `q̇`, `∂D/∂q̇` is the derivative by them.
-/// So neither `Ω` nor, between segments, an azimuth itself enters a joint.
+/// segment that turns rigidly with it ([`RigidRates`]). They give the rate of a direction in the
+/// body. Since `q̇_r` does not depend on `q̇`, `∂D/∂q̇` is the derivative with respect to them.
+/// Neither `Ω` nor, between segments, an azimuth itself enters a joint.
 pub(super) struct Joint {
     pub graph: Graph,
     pub motion: Motion,
@@ -309,7 +309,7 @@ pub(super) struct Joint {
 /// The direction of the clamp turned about `z` by the relaxed angle of the clamp joint, as symbols.
 #[derive(Clone, Copy)]
 pub(super) struct RelaxedClamp {
-    /// `ē0`, in which direction the first segment points where its spring is relaxed.
+    /// `ē0`, the direction of the first segment where its spring is relaxed.
     pub direction: Vec3,
     /// Its rate.
     pub direction_rate: Vec3,
@@ -325,8 +325,8 @@ impl RelaxedClamp {
     }
 }
 
-/// What is on one side of a joint: the direction to the spring, and what the damper sees, which is
-/// nothing at the clamp.
+/// One side of a joint: the direction at the spring, and the motion of the damper, which the clamp
+/// does not have.
 struct Neighbour {
     to_spring: Vec3,
     /// Direction and its rate in the body.
@@ -349,8 +349,8 @@ impl Joint {
         })
     }
 
-    /// Between the clamp and the first segment. The inner side is turned to the spring, whatever
-    /// the polar axis of the segment is.
+    /// The joint between the clamp and the first segment. The inner side is turned to the spring,
+    /// whatever the polar axis of the segment is.
     pub fn at_clamp(motion: Motion) -> Self {
         Self::new(motion, &["next"], |graph, _, segments| {
             let clamp = RelaxedClamp::new(graph);
@@ -364,7 +364,7 @@ impl Joint {
         })
     }
 
-    /// The joint between the `sides` that belong to the segments with these labels.
+    /// Creates the joint between the `sides` that belong to the segments with these labels.
     fn new(
         motion: Motion,
         labels: &[&str],
@@ -457,7 +457,7 @@ impl RigidRates {
 /// A graph with the tangent of a joint: rows are torques, columns coordinates.
 pub(super) type Tangent = (Graph, Vec<Vec<NodeId>>);
 
-/// Minus the derivative of `torques` when `δq = w_q δq̈` and `δq̇ = w_v δq̈`.
+/// Returns minus the derivative of `torques` for `δq = w_q δq̈` and `δq̇ = w_v δq̈`.
 pub(super) fn tangent(
     mut graph: Graph,
     torques: &[NodeId],
@@ -478,7 +478,7 @@ pub(super) fn tangent(
 }
 
 impl Neighbour {
-    /// That of `segment` as it is. Its rates are those in the body.
+    /// The side of `segment` without a turn. Its rates are those in the body.
     fn of(graph: &mut Graph, segment: Segment) -> Self {
         let direction = segment.direction(graph);
         Self {
@@ -488,8 +488,8 @@ impl Neighbour {
     }
 }
 
-/// The blocks of the tangent of a joint, row by row, with their names and the segments that they
-/// concern. The weights of the step come after `inputs`.
+/// The blocks of the tangent of a joint, row by row, with their names and their segments. The
+/// weights of the step come after `inputs`.
 pub(super) fn tangent_kernel(
     motion: Motion,
     name: &str,
@@ -533,8 +533,8 @@ pub(super) const BLOCKS: [(&str, &str); 4] = [
     ("next_next", "the next segment along its `q̈`"),
 ];
 
-/// The azimuth of the next segment less that of the previous one enters by its sine and cosine: as
-/// it is, and less the relaxed angle.
+/// The azimuth of the next segment relative to the previous one, by sine and cosine: as it is, and
+/// less the relaxed angle.
 pub(super) fn azimuth_steps(graph: &mut Graph) -> [Input; 2] {
     let (previous, next) = (Segment::new(graph, "previous"), Segment::new(graph, "next"));
     let relaxed_angle = Hinge::new(graph, "").relaxed_angle;
@@ -563,8 +563,8 @@ pub(super) fn azimuth_steps(graph: &mut Graph) -> [Input; 2] {
     ]
 }
 
-/// Sine and cosine of the azimuth of the segment `label` less the relaxed angle of the joint inside
-/// it.
+/// Sine and cosine of the azimuth of the segment `label` less the relaxed angle of the joint at its
+/// inner end.
 pub(super) fn unbent_azimuth(graph: &mut Graph, label: &str) -> Input {
     let (segment, relaxed_angle) = (
         Segment::new(graph, label),

@@ -1,25 +1,25 @@
 //! The derivatives of one segment and of one joint, over which the solver loops in O(n).
 //!
-//! A segment is seen from its inner end `x`: its coordinates are `(x, φ, θ)`, and Lagrange's
-//! equations for them give the force `p` that must act at `x` and the torques `τ` that must act on
-//! `(φ, θ)`:
+//! A segment is seen from its inner end `x`, with the coordinates `(x, φ, θ)`. Lagrange's equations
+//! for them give the force `p` that must act at `x` and the torques `τ` that must act on `(φ, θ)`:
 //!
 //! ```text
 //! p = m ẍ + C q̈ + p_0 + F,   τ = Cᵀ ẍ + I q̈ + τ_0 + Gᵀ F,   ẍ' = ẍ + G q̈ + b,
 //! ```
 //!
-//! where `F` is what the outer part of the chain needs at the segment's outer end `x'`. A joint
-//! adds torques to the two segments that it connects. Its damper sees rates as they are in the
-//! body: those of the segments less those of a segment that turns rigidly with it (`rigid_rates`).
-//! Tangents are derivatives along `q̈`, with the coordinates and rates following it as an implicit
-//! step does: `δq = w_q δq̈`, `δq̇ = w_v δq̈`.
+//! where `F` is the force that the outer part of the chain needs at the segment's outer end `x'`. A
+//! joint adds torques to the two segments that it connects. Its damper sees the rates in the body:
+//! those of the segments less those of a segment that turns rigidly with it (`rigid_rates`).
+//! Tangents are derivatives along `q̈` in an implicit step, whose coordinates and rates follow:
+//! `δq = w_q δq̈`, `δq̇ = w_v δq̈`.
 //!
 //! The sines and cosines of the coordinates are inputs of the kernels, so that the solver computes
 //! each once per segment.
 //!
-//! In the plane of rotation a segment has the one coordinate `θ`, and vectors have two components.
-//! The same functions derive these kernels from the energies for `φ = π/2`; their names begin with
-//! `planar_`. [`super::lateral`] adds the linearised equations of the motion out of that plane.
+//! In the plane of rotation a segment has the one coordinate `θ`, and vectors have two
+//! components. The same functions derive these kernels from the energies for `φ = π/2`; their names
+//! begin with `planar_`. [`super::lateral`] adds the linearised equations of the motion out of that
+//! plane.
 
 use std::collections::BTreeMap;
 
@@ -300,14 +300,14 @@ fn joint_inputs(graph: &mut Graph, motion: Motion) -> Vec<Input> {
     };
     let rates = ["previous", "next"].map(|label| match motion {
         Motion::Spatial => rates_in_body(graph, motion, &format!("{label}_rates"), label),
-        // Only their difference enters.
+        // Only the difference of both rates enters.
         Motion::Planar => rates(graph, motion, "", label).in_group(&COORDINATE, label, "rate"),
     });
     [angles, rates.into(), joint_constants(graph)].concat()
 }
 
-/// The torques of `joint` on its `sides`, of which each has the name of the output and of the
-/// segment.
+/// Kernel of the torques of `joint` on its `sides`, each given by the names of the output and of
+/// the segment.
 fn torques_kernel(
     name: &str,
     summary: &str,
@@ -378,7 +378,7 @@ fn joint_tangent(motion: Motion) -> Result<Kernel, String> {
         &BLOCKS,
         |graph| match motion {
             Motion::Spatial => joint_inputs(graph, motion),
-            // The torques are linear, so that the state does not enter.
+            // The torques are linear, so the state does not enter.
             Motion::Planar => joint_constants(graph),
         },
     )
@@ -430,7 +430,7 @@ fn joint_energy(motion: Motion) -> Result<Kernel, String> {
     )
 }
 
-/// How a segment moves that turns rigidly with the body.
+/// Kernel of the motion of a segment that turns rigidly with the body.
 fn rigid_rates() -> Result<Kernel, String> {
     let RigidRates {
         graph,

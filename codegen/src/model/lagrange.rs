@@ -9,8 +9,8 @@ use crate::passes::calculus::{directional_derivative, gradient, jacobian};
 
 /// The terms of a chain of `n` segments, stated in space, from which Lagrange's equations follow.
 ///
-/// A term of one's own is pushed to one of the lists. It may depend on all symbols of the chain, and
-/// on constants of one's own.
+/// User-defined terms are pushed to the lists. They may depend on all symbols of the chain and on
+/// user-defined constants.
 #[derive(Clone, Debug)]
 pub struct ChainTerms {
     /// The graph that holds the expressions.
@@ -33,9 +33,9 @@ pub struct ChainTerms {
     pub gravity: Vec<NodeId>,
     /// Dissipation functions in W. Torques are minus their derivatives by the rates.
     pub dissipation: Vec<NodeId>,
-    /// Other potential energies in J: none but those of one's own.
+    /// Other potential energies in J, all user-defined.
     pub other: Vec<NodeId>,
-    /// Names and descriptions of the constants of one's own.
+    /// Names and descriptions of the user-defined constants.
     constants: Vec<(String, String)>,
 }
 
@@ -105,10 +105,10 @@ impl ChainTerms {
         }
     }
 
-    /// A constant of one's own: the symbol `name`, written `notation`, in `unit`. It becomes an
-    /// argument of the functions, after those of the chain.
+    /// Adds a user-defined constant: the symbol `name`, written `notation`, in `unit`. It becomes
+    /// an argument of the functions, after those of the chain.
     ///
-    /// A name that ends in `_z` is that of a component along `z`, which vanishes in the plane.
+    /// A name that ends in `_z` is a component along `z`, which vanishes in the plane.
     pub fn constant(&mut self, name: &str, notation: &str, unit: Unit) -> NodeId {
         let doc = format!("{notation} in {unit}");
         self.constants.push((name.into(), doc));
@@ -120,14 +120,13 @@ impl ChainTerms {
 ///
 /// `M q̈ = f + Q` is `d/dt(∂L/∂q̇) − ∂L/∂q + ∂D/∂q̇ = Q`, `L = E_kin − E_spring − E_grav − E_other`
 /// (Uhlmann and Hoyer 2021, Eq. 1, where `E_other = 0`), with the terms in `q̈` on the left.
-/// Coordinates are in the order `φ1,
-/// θ1, …, φn, θn`; in the plane of rotation, where every `φ = π/2`, in the order `θ1, …, θn`. In
-/// what follows `N` is their number.
+/// Coordinates are in the order `φ1, θ1, …, φn, θn`; in the plane of rotation, where every
+/// `φ = π/2`, in the order `θ1, …, θn`. Below, `N` is their number.
 #[derive(Clone, Debug)]
 pub struct WholeEquations {
-    /// How the chain moves.
+    /// Motion of the chain.
     pub motion: Motion,
-    /// Its shape, as far as it is known.
+    /// Known properties of its shape.
     pub shape: Shape,
     /// The graph that holds the expressions.
     pub graph: Graph,
@@ -139,7 +138,7 @@ pub struct WholeEquations {
     pub segments: Vec<Segment>,
     /// `M`, N × N, in kg m² (rows and columns are angles).
     pub mass_matrix: Vec<Vec<NodeId>>,
-    /// `f`, N elements in N m: everything but the terms in `q̈` and the contact.
+    /// `f`, N elements in N m: all but the terms in `q̈` and the contact.
     pub force: Vec<NodeId>,
     /// `E_kin` in J.
     pub kinetic_energy: NodeId,
@@ -149,11 +148,11 @@ pub struct WholeEquations {
     pub gravity_energy: NodeId,
     /// `D` in W.
     pub dissipation: NodeId,
-    /// `E_other` in J: zero, or the potential energies of one's own.
+    /// `E_other` in J: zero, or the user-defined potential energies.
     pub other_energy: NodeId,
     /// The tip `r_n` in m.
     pub tip: Vec3,
-    /// Names and descriptions of the constants of one's own.
+    /// Names and descriptions of the user-defined constants.
     pub(super) constants: Vec<(String, String)>,
 }
 
@@ -167,7 +166,7 @@ pub fn whole_equations(segments: usize, motion: Motion) -> WholeEquations {
     whole_equations_of(segments, motion, Shape::default())
 }
 
-/// The same for filaments of one shape.
+/// Derives the whole equations of one shape.
 ///
 /// # Panics
 /// If `segments` is zero.
@@ -175,7 +174,7 @@ pub fn whole_equations_of(segments: usize, motion: Motion, shape: Shape) -> Whol
     whole_equations_with(segments, motion, shape, |_| ())
 }
 
-/// Derives the whole equations with terms of one's own, which `state` adds to those of the chain.
+/// Derives the whole equations with user-defined terms, which `state` adds to those of the chain.
 ///
 /// Terms are stated in space; those of a planar chain are specialised like all others.
 ///
@@ -258,8 +257,8 @@ pub fn whole_equations_with(
     }
 }
 
-/// The rate of everything that varies while `q̈ = 0`: the rest of `d/dt` depends on `q`, `q̇` and
-/// the motion of the clamp.
+/// The rates of all that varies for `q̈ = 0`: the rest of `d/dt` depends on `q`, `q̇` and the
+/// motion of the clamp.
 fn free_motion(
     coordinates: &[NodeId],
     rates: &[NodeId],
@@ -333,8 +332,8 @@ impl WholeEquations {
 mod tests {
     use super::*;
 
-    /// The functions of a straight cylinder are those of any filament at the same constants, with
-    /// twice those of a joint at the clamp.
+    /// Compares a cylinder with any filament at the same constants, with twice those of a joint at
+    /// the clamp.
     #[test]
     fn shapes_have_the_equations_of_any_filament_at_their_constants() {
         // The sums have some tens of terms of order one.

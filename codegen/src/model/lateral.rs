@@ -3,7 +3,7 @@
 //! Along a motion in the plane, `φ_k = π/2`, let the clamp be tilted out of it by a small angle
 //! `τ`. To first order in `τ` the azimuths do not change, and `φ_k = π/2 + η_k τ`. The lateral
 //! variation `η_k = ∂φ_k/∂τ` obeys linear equations whose coefficients follow the planar motion.
-//! Here they are derived from the spatial equations: the derivative of the torque on `φ` and of the
+//! They are derived here from the spatial equations: the derivative of the torque on `φ` and of the
 //! forces along `z`, at `φ = π/2`, `φ̇ = 0`.
 //!
 //! The variations form a chain of the same structure as that of `kernels`, with one coordinate `η`
@@ -31,7 +31,7 @@ use crate::passes::calculus::directional_derivative;
 use crate::passes::normal_form::Style;
 use crate::passes::specialise::substitute;
 
-/// Where the lateral kernels hold.
+/// Domain of the lateral kernels.
 const WHERE: &str = "Lateral variation of a motion in the plane of rotation: `q = η = ∂φ/∂τ`, where `τ` is the tilt of the clamp.";
 
 /// The kernels of the lateral variation, in the order in which the solver uses them.
@@ -57,7 +57,7 @@ struct Variation {
 }
 
 impl Variation {
-    /// Of the segment `label`.
+    /// The symbols of the segment `label`.
     fn new(graph: &mut Graph, label: &str) -> Self {
         let names = Self::names(label);
         Self {
@@ -115,11 +115,11 @@ fn variation<const N: usize>(
 /// The variation of a segment's inverse dynamics.
 struct LateralSegment {
     graph: Graph,
-    /// Of `[τ_φ, p_z, z̈' − z̈]` with `η` and `η̇`, for `η̈ = 0`.
+    /// Variation of `[τ_φ, p_z, z̈' − z̈]` with `η` and `η̇`, for `η̈ = 0`.
     bias: [NodeId; 3],
-    /// Of the same with `η̈`.
+    /// Their variation with `η̈`.
     slope: [NodeId; 3],
-    /// Of the outer end less the inner one along `z`, and of its rate.
+    /// Variation of the outer end less the inner one along `z`, and of its rate.
     reach: [NodeId; 2],
     polar: Variation,
 }
@@ -303,9 +303,10 @@ struct LateralJoint<const N: usize> {
 }
 
 impl<const N: usize> LateralJoint<N> {
-    /// The variations of the segments, by their labels, and of the clamp if `clamp_is_tilted`.
+    /// Takes the variations of the segments, by their labels, and of the clamp if
+    /// `clamp_is_tilted`.
     fn new(mut joint: Joint, labels: [&str; N], clamp_is_tilted: bool) -> Self {
-        // Of φ, which comes before θ.
+        // The torque on φ comes before that on θ.
         let torques = joint.torques();
         let torques: [NodeId; N] = std::array::from_fn(|k| torques[2 * k]);
         let Joint {
@@ -321,7 +322,7 @@ impl<const N: usize> LateralJoint<N> {
             direction.extend(variation.direction(segment));
         }
         if clamp_is_tilted {
-            // e_0 = (cos τ …, sin τ), which stays so when it is turned about z.
+            // e_0 = (cos τ …, sin τ); a turn about z does not change its z component.
             direction.insert(clamp.direction[2], g.integer(1));
         }
         let torques = variation(g, torques, &direction, &segments);

@@ -8,12 +8,12 @@ use crate::model::lagrange::{WholeEquations, whole_equations_of};
 use crate::passes::dimension;
 use crate::passes::normal_form::{Style, normalise};
 
-/// What the whole equations are for.
+/// Use of the whole equations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// Sums of products, collected by the constants of the model.
     Reading,
-    /// The same for filaments of one shape, without the constants that it determines.
+    /// Sums of products for filaments of one shape, without the constants that it determines.
     ReadingOf(Shape),
     /// The shared structure of the derivation: O(n²) operations for `M`, O(n) for `f` and the
     /// energies.
@@ -24,9 +24,9 @@ pub enum Purpose {
 /// motions.
 pub const NAMES: [&str; 3] = ["mass_matrix", "force", "energies"];
 
-/// The functions [`NAMES`] of a chain of `segments` segments.
+/// Derives the functions [`NAMES`] of a chain of `segments` segments.
 ///
-/// Each takes all inputs, so that all are called in the same way.
+/// Each takes all inputs, so that all are called alike.
 ///
 /// # Errors
 /// If a term of the derivation makes no physical sense.
@@ -46,9 +46,9 @@ pub fn whole_kernels(
 }
 
 impl WholeEquations {
-    /// The functions [`NAMES`] of these equations.
+    /// Derives the functions [`NAMES`] of these equations.
     ///
-    /// Each takes all inputs, so that all are called in the same way.
+    /// Each takes all inputs, so that all are called alike.
     ///
     /// # Errors
     /// If a term of the derivation makes no physical sense.
@@ -126,8 +126,8 @@ impl WholeEquations {
         .collect()
     }
 
-    /// The function `name` of any expressions in [`WholeEquations::graph`], with the arguments of
-    /// the whole equations.
+    /// Derives the function `name` of any expressions in [`WholeEquations::graph`], with the
+    /// arguments of the whole equations.
     ///
     /// # Errors
     /// If a term makes no physical sense.
@@ -180,7 +180,8 @@ impl WholeEquations {
         let vector = |name: &str, doc: &str, symbols: Vec3| {
             group(name, doc, symbols[..motion.axes()].to_vec())
         };
-        // A cylinder has one constant for all segments, and the joint of its clamp twice that.
+        // A cylinder has one constant for all segments; the joint of its clamp has twice that of a
+        // joint.
         let constants = |name: &str, letter: char, unit: &str, symbols: Vec<NodeId>| {
             if self.shape.is_cylinder {
                 Input::symbols(graph, name, &format!("{letter} in {unit}"), &[name])

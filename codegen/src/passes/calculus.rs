@@ -72,7 +72,7 @@ fn local_derivatives(graph: &mut Graph, id: NodeId) -> Vec<NodeId> {
 
 /// The gradient of `function` with respect to `variables`.
 ///
-/// One reverse sweep: the number of nodes made is a small multiple of those that `function` needs,
+/// One reverse sweep: the number of new nodes is a small multiple of those that `function` needs,
 /// whatever the number of variables.
 pub fn gradient(graph: &mut Graph, function: NodeId, variables: &[NodeId]) -> Vec<NodeId> {
     let needed = graph.reachable(&[function]);
@@ -113,7 +113,7 @@ fn accumulate(graph: &mut Graph, sum: &mut Option<NodeId>, term: NodeId) {
     });
 }
 
-/// Which of the `needed` nodes depend on one of `variables`, by index up to the last of them.
+/// For each node, up to the last of the `needed` ones: `true` if it depends on one of `variables`.
 fn dependence(graph: &Graph, needed: &[NodeId], variables: &[NodeId]) -> Vec<bool> {
     let mut depends = vec![false; needed.last().map_or(0, |last| last.index() + 1)];
     for variable in variables {

@@ -1,7 +1,7 @@
 //! Checks of SI dimensions: the terms of a sum have the same dimension, a function takes a number,
 //! an output has its unit.
 //!
-//! The symbols of the graph carry units. The result is nothing, or the first inconsistent term.
+//! The symbols of the graph carry units. The result is the first inconsistent term, if any.
 
 use crate::ir::constant::Constant;
 use crate::ir::graph::{Graph, Node, NodeId};
@@ -37,7 +37,7 @@ pub fn check(graph: &Graph, outputs: &[Output]) -> Result<(), String> {
     Ok(())
 }
 
-/// The dimension of a node; none for zero, which has every dimension.
+/// The dimension of a node; `None` for zero, which has every dimension.
 fn dimension(
     graph: &Graph,
     id: NodeId,

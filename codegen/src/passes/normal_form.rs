@@ -7,7 +7,7 @@ use crate::ir::constant::Constant;
 use crate::ir::graph::{Graph, Node, NodeId};
 use crate::ir::simplify::{scaled, split_coefficient};
 
-/// What the sums of products are for.
+/// Purpose of the sums of products.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style<'a> {
     /// For readers: every product is multiplied out, and the terms are collected by their powers of
@@ -18,7 +18,7 @@ pub enum Style<'a> {
     Cheap,
 }
 
-/// Beyond this many terms [`Style::Cheap`] discards an expanded form.
+/// Number of terms beyond which [`Style::Cheap`] discards an expanded form.
 const MAX_SPECULATIVE_TERMS: usize = 96;
 
 /// A product of powers of atoms, sorted by atom.
@@ -31,11 +31,11 @@ type Sum = BTreeMap<Monomial, Constant>;
 pub struct SumRule {
     /// A short name, unique in the table.
     pub name: &'static str,
-    /// What it does, as mathematics; `R` is any common factor.
+    /// Effect of the identity, as mathematics; `R` is any common factor.
     pub statement: &'static str,
-    /// Where it holds.
+    /// Its domain.
     pub domain: &'static str,
-    /// Given one term, finds its partner and what the two become.
+    /// Finds the partner of a term, and the terms that replace the two.
     apply: fn(&mut Graph, &Sum, &Monomial) -> Option<Rewrite>,
 }
 
@@ -53,7 +53,7 @@ struct Rewrite {
 
 /// The identities that [`normalise`] applies to the terms of a sum.
 ///
-/// Each lowers the number of trigonometric factors, so that rewriting ends.
+/// Each reduces the number of trigonometric factors, so that rewriting ends.
 pub const SUM_RULES: &[SumRule] = &[
     SumRule {
         name: "pythagoras",
@@ -170,7 +170,7 @@ fn pythagoras(graph: &mut Graph, sum: &Sum, term: &Monomial) -> Option<Rewrite> 
     None
 }
 
-/// `x − y` or `y − x`, in a fixed order, and whether it is `y − x`.
+/// `x − y` or `y − x`, in a fixed order, and `true` for `y − x`.
 fn difference(graph: &mut Graph, x: NodeId, y: NodeId) -> (NodeId, bool) {
     if x < y {
         (graph.sub(x, y), false)
@@ -244,8 +244,7 @@ fn sine_of_difference(graph: &mut Graph, sum: &Sum, term: &Monomial) -> Option<R
 
 /// Applies [`SUM_RULES`] until none applies to a term of `pending`.
 ///
-/// The rules find a pair from either of its terms, so that terms without a new partner need not be
-/// visited.
+/// The rules find a pair from either of its terms, so terms without a new partner need no visit.
 fn reduce(graph: &mut Graph, mut sum: Sum, mut pending: BTreeSet<Monomial>) -> Sum {
     while let Some(term) = pending.pop_first() {
         if !sum.contains_key(&term) {
@@ -270,8 +269,8 @@ fn reduce(graph: &mut Graph, mut sum: Sum, mut pending: BTreeSet<Monomial>) -> S
 
 /// `a + factor × b` of two reduced sums, reduced.
 ///
-/// The shorter sum is added to the longer one in place: a chain of additions costs as much as the
-/// terms that it adds.
+/// The shorter sum is added to the longer one in place, so that a chain of additions costs no more
+/// than the terms that it adds.
 fn add_reduced(graph: &mut Graph, a: Sum, factor: i64, mut b: Sum) -> Sum {
     let factor = Constant::from(factor);
     b.values_mut()
@@ -299,9 +298,9 @@ fn multiply_reduced(graph: &mut Graph, a: &Sum, b: &Sum) -> Sum {
 /// A source node as a sum of products, in two forms.
 #[derive(Clone)]
 struct Sums {
-    /// Products of sums kept as products of atoms.
+    /// Form with products of sums kept as products of atoms.
     compact: Sum,
-    /// Products of sums multiplied out, where that is another sum.
+    /// Form with products of sums multiplied out, where it differs.
     other: Option<Sum>,
 }
 
@@ -318,16 +317,16 @@ impl Sums {
     }
 }
 
-/// The forms of the nodes of a source, each until its last use: a sum of many terms has a partial
-/// sum for each of them.
+/// The forms of the nodes of a source, each kept until its last use: a sum of many terms has a
+/// partial sum for each of them.
 struct Forms {
     forms: Vec<Option<Sums>>,
-    /// By index: how often a form will be used yet.
+    /// Number of uses to come of each form, by index.
     uses: Vec<usize>,
 }
 
 impl Forms {
-    /// Without any forms yet, of a `source` whose nodes `needed` lead to the `outputs`.
+    /// Creates an empty table for a `source` whose nodes `needed` lead to the `outputs`.
     fn new(source: &Graph, needed: &[NodeId], outputs: &[NodeId]) -> Self {
         let mut uses = vec![0; source.nodes().len()];
         let operands = needed.iter().flat_map(|&id| source.node(id).operands());
@@ -354,7 +353,7 @@ impl Forms {
         }
     }
 
-    /// A use of the form: itself if it is the last one, otherwise a copy.
+    /// Uses the form: moves it out at its last use, otherwise copies it.
     fn take(&mut self, id: NodeId) -> Sums {
         self.uses[id.index()] -= 1;
         let form = &mut self.forms[id.index()];
@@ -408,7 +407,7 @@ pub fn normalise(source: &Graph, outputs: &[NodeId], style: Style<'_>) -> Normal
         .iter()
         .map(|&output| normaliser.build(&forms.take(output).compact))
         .collect();
-    // Last, so that names do not change the order of the nodes.
+    // Names come last, so that they do not change the order of the nodes.
     for (name, sum) in named {
         let node = normaliser.build(&sum);
         normaliser.graph.set_name(node, name);
@@ -423,7 +422,7 @@ struct Normaliser {
     graph: Graph,
     /// The symbols to collect by, in the form for readers.
     collected: Option<BTreeSet<NodeId>>,
-    /// Number of operations to compute each atom that represents a sum.
+    /// Number of operations of each atom that represents a sum.
     costs: BTreeMap<NodeId, usize>,
 }
 
@@ -438,7 +437,7 @@ impl Normaliser {
         form
     }
 
-    /// The form of everything but a sum.
+    /// The form of any node but a sum or difference.
     fn form_of_operation(&mut self, source: &Graph, node: Node, forms: &Forms) -> Sums {
         let of = |id: NodeId| forms.of(id);
         match node {
@@ -534,7 +533,7 @@ impl Normaliser {
         self.cheaper(compact, expanded)
     }
 
-    /// A sum of several terms as one atom, so that it is not multiplied out.
+    /// Makes a sum of several terms one atom, so that it is not multiplied out.
     fn as_factor(&mut self, sum: &Sum) -> Sum {
         if sum.len() < 2 {
             return sum.clone();
@@ -559,7 +558,7 @@ impl Normaliser {
         }
     }
 
-    /// Additions and multiplications; each atom that represents a sum counts once.
+    /// Number of additions and multiplications; each atom that represents a sum counts once.
     fn cost(&self, sum: &Sum) -> usize {
         let mut atoms = BTreeSet::new();
         let mut operations = sum.len().saturating_sub(1);
@@ -579,7 +578,7 @@ impl Normaliser {
                 .sum::<usize>()
     }
 
-    /// The sum as a node, with common factors taken out.
+    /// Builds the node of a sum, with common factors taken out.
     fn build(&mut self, sum: &Sum) -> NodeId {
         if sum.len() < 2 {
             return match single(sum) {
@@ -620,7 +619,7 @@ impl Normaliser {
         self.graph.add(grouped, rest)
     }
 
-    /// The sum of `coefficient × rest` for each group; groups that are negative throughout are
+    /// Builds the sum of `coefficient × rest` over all groups; groups of negative terms only are
     /// subtracted.
     fn build_groups(&mut self, groups: BTreeMap<Monomial, Sum>) -> NodeId {
         let mut total = None;
@@ -663,7 +662,7 @@ impl Normaliser {
     }
 
     fn build_terms(&mut self, sum: &Sum) -> NodeId {
-        // Positive terms first, so that a sum does not start with a sign.
+        // Positive terms come first, so that a sum does not start with a sign.
         let (negative, positive): (Vec<_>, Vec<_>) = sum
             .iter()
             .partition(|(_, coefficient)| coefficient.is_negative());
@@ -722,7 +721,7 @@ fn exponent_of(monomial: &Monomial, atom: NodeId) -> i32 {
         .map_or(0, |&(_, exponent)| exponent)
 }
 
-/// The terms by their powers of `symbols` and of `S`.
+/// Groups the terms by their powers of `symbols` and of `S`.
 fn collect(graph: &Graph, symbols: &BTreeSet<NodeId>, sum: &Sum) -> BTreeMap<Monomial, Sum> {
     let collected = |atom: NodeId| {
         symbols.contains(&atom) || matches!(graph.node(atom), Node::HalfAngleSquared(..))
@@ -753,9 +752,9 @@ fn common_factor(sum: &Sum) -> Monomial {
 
 /// The coefficient by which a sum is divided, so that all its multiples are one sum.
 ///
-/// Its magnitude is the most frequent one, because those terms need no multiplication then; among
-/// several that of the term with the fewest factors. Its sign is that of the term with the most
-/// factors, which makes the kernels shortest. It is a rational number: others would round.
+/// Its magnitude is the most frequent one, because those terms then need no multiplication; among
+/// equals that of the term with the fewest factors. Its sign is that of the term with the most
+/// factors, which makes the kernels shortest. It is rational, because other numbers would round.
 fn unit_of(sum: &Sum) -> Constant {
     let mut counts: HashMap<Constant, usize> = HashMap::new();
     for coefficient in sum.values() {
@@ -821,7 +820,7 @@ mod tests {
         sum.iter().map(term).sum()
     }
 
-    /// Each identity on sums to which it applies, with other terms among them, at random values.
+    /// Applies each identity to sums with other terms among them, at random values.
     #[test]
     fn every_sum_rule_fires_and_keeps_the_value() {
         let mut rng = Rng::with_seed(5);

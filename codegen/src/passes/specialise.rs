@@ -1,12 +1,12 @@
-//! Specialisation: expressions where some of their parts have known values.
+//! Specialisation: expressions with known values for some of their parts.
 
 use std::collections::BTreeMap;
 
 use crate::ir::graph::{Graph, Node, NodeId};
 use crate::passes::normal_form::{Style, normalise};
 
-/// The `outputs` with each key of `values` replaced by its value. The constructors of the graph
-/// simplify the result.
+/// Replaces each key of `values` by its value in `outputs`. The constructors of the graph simplify
+/// the result.
 pub fn substitute(
     graph: &mut Graph,
     outputs: &[NodeId],
@@ -17,11 +17,9 @@ pub fn substitute(
     })
 }
 
-/// The `outputs` with `½ a²` in the place of `S(1 − cos a)`, the energy of a spring whose angle `a`
-/// is known.
+/// Replaces `S(1 − cos a)`, the energy of a spring with a known angle `a`, by `½ a²` in `outputs`.
 ///
-/// Holds for `−π < a < π`. The argument of `S` need not have this form, only a normal form that
-/// does.
+/// Holds for `−π < a < π`. The argument of `S` need not have this form, but its normal form must.
 pub fn angles_of_springs(graph: &mut Graph, outputs: &[NodeId]) -> Vec<NodeId> {
     rewrite(graph, outputs, |graph, _, node| {
         let Node::HalfAngleSquared(0, u) = node else {
@@ -35,7 +33,7 @@ pub fn angles_of_springs(graph: &mut Graph, outputs: &[NodeId]) -> Vec<NodeId> {
     })
 }
 
-/// The `a` of an expression that equals `1 − cos a`, if its normal form shows it.
+/// Returns the `a` of an expression that equals `1 − cos a`, if its normal form shows it.
 fn angle_of_cosine(graph: &mut Graph, u: NodeId) -> Option<NodeId> {
     let normal = normalise(graph, &[u], Style::Cheap);
     let Node::Sub(one, cosine) = normal.graph.node(normal.outputs[0]) else {
@@ -51,7 +49,7 @@ fn angle_of_cosine(graph: &mut Graph, u: NodeId) -> Option<NodeId> {
         .then(|| import(graph, &normal.graph, angle))
 }
 
-/// A node of another graph, with the symbols of this one that have the same names.
+/// Copies a node of another graph, with the symbols of this one that have the same names.
 fn import(graph: &mut Graph, source: &Graph, node: NodeId) -> NodeId {
     let mut images = BTreeMap::new();
     for id in source.reachable(&[node]) {
@@ -67,8 +65,9 @@ fn import(graph: &mut Graph, source: &Graph, node: NodeId) -> NodeId {
     images[&node]
 }
 
-/// Builds the `outputs` again, operands before users, under the names of what they replace. `image` gives a node's image, from its own id
-/// and from the node with the images of its operands.
+/// Builds the `outputs` again, operands before users, under the names of the nodes that they
+/// replace. `image` gives a node's image, from its own id and from the node with the images of its
+/// operands.
 fn rewrite(
     graph: &mut Graph,
     outputs: &[NodeId],
@@ -123,7 +122,7 @@ mod tests {
         for [angle, other] in [[0.3, 0.3], [0.1, 1.9], [-2.0, 1.1], [1.0, -2.1]] {
             let values = graph.evaluate(&[angle, other]);
             assert!((values[rewritten.index()] - 0.5 * (other - angle).powi(2)).abs() < 1e-15);
-            // Towards the fold at π the energy depends ever more on the last digits of `u`.
+            // Towards the fold at π the energy depends more and more on the last digits of `u`.
             let fold = (0.5 * (other - angle)).cos();
             assert!((values[rewritten.index()] - values[energy.index()]).abs() < 4e-15 / fold);
         }

@@ -27,9 +27,9 @@ fn committed(name: &str) -> GraphFile {
     from_json(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// The built-in derivation of the whole equations of `segments` and `motion`.
+/// Derives the whole equations of `segments` and `motion` by the built-in derivation.
 ///
-/// In the form for computing: the one for reading writes the chord of a joint through cosines,
+/// The form is that for computing: the one for reading writes the chord of a joint through cosines,
 /// which cancel.
 fn built_in(segments: usize, motion: Motion) -> Vec<Kernel> {
     whole_kernels(segments, motion, Purpose::Computing).expect("the derivation is sound")

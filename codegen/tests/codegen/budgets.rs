@@ -1,8 +1,8 @@
-//! Did the work change? Upper limits for what the derivation may cost at run time and the emitted
+//! Did the work change? Upper limits for the cost of the derivation at run time and of the emitted
 //! source at build time.
 //!
-//! The snapshots of `golden.rs` show every change; these limits say how much is too much. `cargo
-//! bench --bench speed -- derivation` measures times, not this test.
+//! The snapshots of `golden.rs` show every change; these limits say when it is too large.
+//! `cargo bench --bench speed -- derivation` measures times, this test does not.
 
 use bristle_codegen::back::languages::rust::emit;
 use bristle_codegen::back::source::{Origin, count_operations};
@@ -17,7 +17,7 @@ const ORIGIN: Origin<'_> = Origin {
     again: "cargo test",
 };
 
-/// Operations of each kernel: the number when the limit was set, plus a tenth.
+/// Maximum operations of each kernel: the number when the limit was set, plus a tenth.
 const OPERATIONS: [(&str, usize); 25] = [
     ("segment", 92),
     ("segment_tangent", 231),
@@ -46,25 +46,25 @@ const OPERATIONS: [(&str, usize); 25] = [
     ("lateral_clamp_tangent", 17),
 ];
 
-/// Bytes of the emitted kernels. Compile time is proportional to them.
+/// Maximum bytes of the emitted kernels. Compile time is proportional to them.
 const KERNEL_BYTES: usize = 117_000;
 
-/// Operations of the whole equations of n segments in the form for computing: M takes O(n²), f and
-/// the energies O(n).
-const WHOLE: [(Motion, usize, [usize; 3]); 4] = [
+/// Maximum operations of the whole equations of n segments in the form for computing: M takes
+/// O(n²), f and the energies O(n).
+const WHOLE_OPERATIONS: [(Motion, usize, [usize; 3]); 4] = [
     (Motion::Spatial, 5, [1_130, 1_410, 608]),
     (Motion::Spatial, 25, [24_000, 7_210, 3_090]),
     (Motion::Planar, 5, [298, 530, 300]),
     (Motion::Planar, 25, [6_230, 2_710, 1_510]),
 ];
 
-/// Bytes of the emitted whole equations for 25 segments.
+/// Maximum bytes of the emitted whole equations of 25 segments.
 const WHOLE_BYTES: usize = 700_000;
 
-/// Nodes that the derivation of the whole equations makes for 12 and for 25 segments, including
-/// those that simplification drops: in the form for reading, and in the form for computing. Run
-/// time is proportional to them.
-const WORK: [(Purpose, [usize; 2]); 2] = [
+/// Maximum nodes in the derivation of the whole equations of 12 and of 25 segments, including those
+/// that simplification drops: in the form for reading, and in that for computing. Run time is
+/// proportional to them.
+const MAX_NODES: [(Purpose, [usize; 2]); 2] = [
     (Purpose::Reading, [34_400, 147_000]),
     (Purpose::Computing, [21_400, 70_300]),
 ];
@@ -76,7 +76,7 @@ fn the_derivation_stays_within_its_budget() {
             .graph
             .nodes()
             .len();
-        for (purpose, limits) in WORK {
+        for (purpose, limits) in MAX_NODES {
             let limit = limits[index];
             let kernels =
                 whole_kernels(segments, Motion::Spatial, purpose).expect("the derivation is sound");
@@ -116,7 +116,7 @@ fn kernels_stay_within_their_budgets() {
 
 #[test]
 fn whole_equations_stay_within_their_budgets() {
-    for (motion, segments, limits) in WHOLE {
+    for (motion, segments, limits) in WHOLE_OPERATIONS {
         let kernels =
             whole_kernels(segments, motion, Purpose::Computing).expect("the derivation is sound");
         assert_eq!(kernels.len(), limits.len(), "each kernel has a budget");

@@ -1,5 +1,5 @@
-//! Does the reader understand valid files of graphs and refuse invalid ones? Damaged files: the
-//! target `graph` of `fuzz/`.
+//! Does the reader understand valid files of graphs and refuse invalid ones? The target `graph` of
+//! `fuzz/` has damaged files.
 
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
@@ -31,7 +31,7 @@ fn example() -> Value {
     serde_json::from_str(EXAMPLE).expect("the example is JSON")
 }
 
-/// The example with some values changed.
+/// Returns the example with some values changed.
 fn changed(changes: &[(&str, Value)]) -> String {
     let mut file = example();
     for (place, value) in changes {
@@ -46,7 +46,7 @@ fn refused(text: &str) -> String {
     from_json(text).expect_err("the file is wrong")
 }
 
-/// The message with which a file is refused, which has this part.
+/// The message with which a file is refused; checks that it has this part.
 #[track_caller]
 fn refused_with(text: &str, part: &str) -> String {
     let message = refused(text);
@@ -54,7 +54,7 @@ fn refused_with(text: &str, part: &str) -> String {
     message
 }
 
-/// Kernels of the engine, and functions that only energies of one's own need.
+/// Kernels of the engine, and functions that only user-defined energies need.
 fn derived() -> Vec<Vec<Kernel>> {
     let mut derived = vec![kernels().expect("the derivation is sound")];
     for motion in [Motion::Spatial, Motion::Planar] {
@@ -71,7 +71,7 @@ fn written(kernels: &[Kernel]) -> String {
     to_json(kernels, "a test").expect("the kernels can be written")
 }
 
-/// The values of a kernel's outputs, where the value of every symbol follows from its name.
+/// The values of a kernel's outputs. The value of every symbol follows from its name.
 fn values(kernel: &Kernel) -> Vec<f64> {
     let value = |name: &str| {
         0.3 + 0.1
@@ -112,13 +112,13 @@ fn what_is_written_is_read_with_its_values_and_written_again_with_its_bytes() {
         let source = |kernels: &[Kernel]| {
             emit(kernels, origin("a test")).expect("the kernels can be emitted")
         };
-        // Neither groups of arguments nor names of intermediates are in a file.
+        // A file has neither groups of arguments nor names of intermediates.
         let bare: Vec<Kernel> = set.into_iter().map(bare).collect();
         assert_eq!(source(&file.kernels), source(&bare));
     }
 }
 
-/// A kernel without groups of arguments and names of intermediates.
+/// Returns a kernel without groups of arguments and names of intermediates.
 fn bare(mut kernel: Kernel) -> Kernel {
     let mut graph = Graph::raw();
     let mut copies = Vec::new();
@@ -210,7 +210,7 @@ fn files_of_another_kind_are_refused() {
     }
 }
 
-/// Faults of form: what is changed, and what the message contains. The schema finds them too.
+/// Faults of form: each change, and a part of its message. The schema finds them too.
 fn faults_of_form() -> Vec<(&'static str, Value, &'static str)> {
     let operation = "/kernels/0/operations/6";
     vec![
@@ -569,8 +569,8 @@ fn deep_and_long_json_is_refused_in_time() {
     );
 }
 
-/// A file of one kernel with the input `x` and these operations after its symbol; the last is the
-/// output.
+/// Writes a file of one kernel with the input `x` and these operations after its symbol; the last
+/// is the output.
 fn file_of(operations: impl Iterator<Item = String>) -> String {
     let mut text = String::from(
         "{\"format\":\"bristle-graph\",\"version\":3,\"generator\":\"a test\",\"kernels\":[{\"name\":\"long\",\

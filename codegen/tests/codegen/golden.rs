@@ -23,7 +23,7 @@ fn origin(title: &str) -> Origin<'_> {
     }
 }
 
-/// The motions, each with what the names of its snapshots begin with.
+/// The motions, each with the prefix of the names of its snapshots.
 const MOTIONS: [(Motion, &str); 2] = [(Motion::Spatial, ""), (Motion::Planar, "planar_")];
 
 fn whole(segments: usize, motion: Motion, purpose: Purpose) -> Vec<Kernel> {

@@ -14,11 +14,11 @@ use bristle_codegen::model::lagrange::whole_equations;
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
 use bristle_codegen::passes::normal_form::{Style, normalise};
 
-/// Each rule on operations to which it applies, at random values.
+/// Applies each rule to operations in its domain, at random values.
 #[test]
 fn every_rule_fires_and_keeps_the_value() {
     let mut rng = fastrand::Rng::with_seed(3);
-    // Of both signs, and away from zero, where negative powers are undefined.
+    // Both signs occur; negative powers are undefined at zero.
     let mut coordinate = || (0.2 + 2.0 * rng.f64()) * if rng.bool() { 1.0 } else { -1.0 };
     let points: Vec<[f64; 2]> = (0..100).map(|_| [coordinate(), coordinate()]).collect();
     for rule in RULES {
@@ -249,7 +249,7 @@ fn multiples_of_a_sum_are_computed_once() {
     }
 }
 
-/// With these symbols as inputs.
+/// A kernel with these symbols as inputs.
 fn kernel_of(graph: Graph, names: &[&str], node: NodeId) -> Kernel {
     let input = |name: &&str| Input::symbols(&graph, name, "", &[name]);
     let inputs = names.iter().map(input).collect();
@@ -304,7 +304,7 @@ static PAIR: Group = Group {
     fields: &[("first", "The first."), ("second", "The second.")],
 };
 
-/// The sum of `names`, of which the last and the first are fields of one argument.
+/// Sums `names`, of which the last and the first are fields of one argument.
 fn sum_of_pair(function: &str, names: [&str; 3], fields: [&'static str; 2]) -> Kernel {
     let mut graph = Graph::raw();
     let symbols = names.map(|name| graph.symbol(name, name, Unit::ONE));

@@ -2,8 +2,7 @@
 //!
 //! Input: states of chains with the same number of segments, each with its own constants and clamp.
 //! Output: their `q̈`. The code is that of [`Dynamics`], run on [`Lanes`], [`LANES`] states at a
-//! time, with the widest instructions that the machine has (AVX-512 or AVX2 on x86-64, NEON on
-//! aarch64).
+//! time, with the widest instructions of the machine (AVX-512 or AVX2 on x86-64, NEON on aarch64).
 //!
 //! A state's result equals that of `Dynamics<f64>` to the bit, regardless of its position in a
 //! batch, its neighbours, and the instructions that compute it.
@@ -34,7 +33,7 @@ pub struct Member<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[error("state {member} of the batch: {pole}")]
 pub struct BatchError {
-    /// Its number, counted from 1.
+    /// Number of the state, counted from 1.
     pub member: usize,
     /// The segment at a pole of its coordinates about `z`.
     #[source]
@@ -71,7 +70,7 @@ pub struct BatchError {
 #[derive(Clone, Debug)]
 pub struct Batch {
     segments: usize,
-    /// Made with the constants of the first group of states, then changed for each further group.
+    /// Equations of motion with the constants of the latest group of states.
     dynamics: Option<Dynamics<Lanes>>,
     q: Vec<[Lanes; 2]>,
     v: Vec<[Lanes; 2]>,
@@ -95,8 +94,8 @@ impl Batch {
         }
     }
 
-    /// `q̈` in rad/s² of all `members`, into `accelerations`: those of the first, then those of the
-    /// second, and so on.
+    /// Computes `q̈` in rad/s² of all `members` into `accelerations`: those of the first, then
+    /// those of the second, and so on.
     ///
     /// # Errors
     /// If a segment is at a pole of its coordinates; see [`Dynamics::check_poles`]. In this case
@@ -149,8 +148,8 @@ impl Batch {
         Ok(())
     }
 
-    /// Up to [`LANES`] states at once. Lanes without a state repeat the last one, so that they take
-    /// the same branches.
+    /// Computes up to [`LANES`] states at once. Lanes without a state repeat the last one, so that
+    /// they take the same branches.
     fn compute(&mut self, group: &[Member<'_>], results: &mut [[f64; 2]]) {
         let n = self.segments;
         let members: [&Member<'_>; LANES] =

@@ -20,7 +20,7 @@ pub const MAX_GRAPH_BYTES: usize = json::MAX_BYTES;
 pub struct Comparison {
     /// The program that made the graph, as stated in the graph.
     pub generator: String,
-    /// What the graph computes.
+    /// Equations that the graph computes.
     pub equations: Equations,
     /// Number of states.
     pub states: usize,
@@ -29,7 +29,7 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// True if every output agrees to [`compare::TOLERANCE`].
+    /// `true` if every output agrees to [`compare::TOLERANCE`].
     pub fn agrees(&self) -> bool {
         self.deviations.iter().all(agrees)
     }
@@ -69,7 +69,7 @@ pub fn compare_graph(
     })
 }
 
-/// What `kernels` are to be compared with, by their names.
+/// The equations to compare `kernels` with, by their names.
 fn equations_of(kernels: &[Kernel]) -> Equations {
     if let Some((segments, motion)) = whole_chain(kernels) {
         return Equations::Whole {

@@ -18,10 +18,10 @@ use bristle_codegen::model::whole::{Purpose, whole_kernels};
 
 pub use bristle_codegen::model::chain::{Motion, Shape};
 
-/// The engine, in an exported graph.
+/// Name of the engine in an exported graph.
 const GENERATOR: &str = concat!("bristle-codegen ", env!("CARGO_PKG_VERSION"));
 
-/// Pages of LaTeX that the whole equations take, over the cube of the number of segments: measured
+/// Number of LaTeX pages of the whole equations, over the cube of the number of segments: measured
 /// at 25 segments, with 45 lines a page.
 const PAGES_PER_CUBE: f64 = 0.043;
 const PLANAR_PAGES_PER_CUBE: f64 = 0.0053;
@@ -33,7 +33,7 @@ pub enum Equations {
     Whole {
         /// Number of segments.
         segments: usize,
-        /// How the chain moves.
+        /// Motion of the chain.
         motion: Motion,
         /// Shape of the filament, whose constants the forms for reading state. The forms for
         /// programs take the constants of any filament.
@@ -66,7 +66,7 @@ impl Equations {
         }
     }
 
-    /// Returns those for motion in the plane of rotation.
+    /// Returns the equations for motion in the plane of rotation.
     #[must_use]
     pub fn in_plane(self) -> Self {
         match self {
@@ -81,7 +81,7 @@ impl Equations {
         }
     }
 
-    /// Returns those for filaments of `required`, in addition to their own shape.
+    /// Returns the equations for filaments of `required`, in addition to their own shape.
     ///
     /// # Errors
     /// If the shape is required of kernels, or of a `format` for programs, which both take the
@@ -111,8 +111,8 @@ impl Equations {
         }
     }
 
-    /// The command that derives them: the same for a file and for its number of segments, motion
-    /// and shape.
+    /// The command that derives the equations: the same for a file and for its number of segments,
+    /// motion and shape.
     fn command(self, format: DeriveFormat) -> String {
         let mut command = "bristle derive".to_owned();
         let (is_planar, shape) = match self {
@@ -145,7 +145,7 @@ impl Equations {
         command
     }
 
-    /// Their title.
+    /// Title of the equations.
     fn title(self) -> String {
         match self {
             Self::Whole {
@@ -158,12 +158,11 @@ impl Equations {
         }
     }
 
-    /// About how many pages they take in a `format` that writes them out for people; none for the
-    /// others, and for kernels.
+    /// Estimates the number of pages in a `format` that writes the equations out for people; `None`
+    /// for others, and for kernels.
     ///
-    /// The whole equations are sums over the masses and over pairs of the segments inside each, so
-    /// that their length grows with the cube of the number of segments. The estimate is that of
-    /// LaTeX.
+    /// The whole equations are sums over the masses and over pairs of the segments inside each.
+    /// Their length grows with the cube of the number of segments. The estimate is that of LaTeX.
     #[must_use]
     pub fn pages(self, format: DeriveFormat) -> Option<usize> {
         let Self::Whole {
@@ -180,7 +179,7 @@ impl Equations {
         is_page.then(|| (share * (segments as f64).powi(3)).ceil() as usize)
     }
 
-    /// Derives them as shared structure of any filament, for programs.
+    /// Derives the equations of any filament with shared structure, for programs.
     ///
     /// # Errors
     /// If a term of the derivation makes no physical sense.
@@ -188,7 +187,7 @@ impl Equations {
         self.derived(|_| Purpose::Computing)
     }
 
-    /// Derives them as sums of products, for their shape.
+    /// Derives the equations of this shape as sums of products.
     fn for_reading(self) -> Result<Vec<Kernel>, String> {
         self.derived(Purpose::ReadingOf)
     }
@@ -219,7 +218,7 @@ macro_rules! formats {
             /// All forms.
             pub const ALL: &[Self] = &[$(Self::$format),*];
 
-            /// The name on the command line, and what it stands for.
+            /// The name on the command line, and its meaning.
             fn words(self) -> [&'static str; 2] {
                 match self {
                     $(Self::$format => [$name, $help],)*
@@ -249,14 +248,14 @@ impl DeriveFormat {
         self.words()[0]
     }
 
-    /// What it is, for the help.
+    /// The description in the help.
     #[must_use]
     pub fn help(self) -> &'static str {
         self.words()[1]
     }
 
-    /// True for the forms in which equations are sums of products of the constants: those that
-    /// people read, and that of SymPy.
+    /// `true` for the forms with sums of products of the constants: those for people, and that of
+    /// SymPy.
     #[must_use]
     pub fn is_for_reading(self) -> bool {
         matches!(
@@ -265,7 +264,7 @@ impl DeriveFormat {
         )
     }
 
-    /// True for the forms that are several files.
+    /// `true` for the forms of several files.
     fn has_files(self) -> bool {
         matches!(self, Self::C | Self::Matlab)
     }
@@ -288,8 +287,7 @@ pub enum Derived {
     Files(Vec<SourceFile>),
 }
 
-/// A text that is made as it is written: those for people can be much longer than what they are
-/// made from.
+/// A text that is made while it is written: texts for people can be much longer than their source.
 pub struct Document(Content);
 
 enum Content {
@@ -408,7 +406,7 @@ pub fn derive_fragment(equations: Equations, width_mm: f64) -> Result<Derived, S
         ));
     }
     check(equations)?;
-    // The command states it in few digits.
+    // The command states the width in few digits.
     let width_mm = (width_mm * 1e2).round() / 1e2;
     let mut again = format!("{} --fragment", equations.command(DeriveFormat::Latex));
     if width_mm != ARTICLE_WIDTH_MM {

@@ -45,7 +45,7 @@ pub struct Evaluation {
     pub tip_position_m: [f64; 3],
 }
 
-/// Why a state cannot be evaluated.
+/// Error of a state that cannot be evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EvaluationError {
     /// The coordinates do not come in pairs, or the rates do not match them.

@@ -8,9 +8,9 @@ use bristle::model::parameters::MAX_SEGMENTS;
 
 /// The key in errors that concern no single key.
 const WHOLE: &str = "state";
-/// Longest key and longest message of the parser in an error, in characters.
-const LONGEST_KEY: usize = 80;
-const LONGEST_MESSAGE: usize = 200;
+/// Maximum length of a key and of a message of the parser in an error, in characters.
+const MAX_KEY_CHARS: usize = 80;
+const MAX_MESSAGE_CHARS: usize = 200;
 
 /// Reads and checks a state.
 ///
@@ -24,18 +24,18 @@ pub fn parse_state(text: &str) -> Result<ChainState, String> {
         format!(
             "`{}` at line {}, column {}: {}\n   = help: a state is\n     {{\"base_angle\": β, \
              \"base_rate\": ω, \"base_acceleration\": β̈,\n      \"gravity\": [x, y, z], \"q\": [φ1, θ1, …], \"v\": [φ̇1, θ̇1, …]}}",
-            shown(&key, LONGEST_KEY),
+            shown(&key, MAX_KEY_CHARS),
             error.line(),
             error.column(),
             shown(
                 message.strip_suffix(&place).unwrap_or(&message),
-                LONGEST_MESSAGE,
+                MAX_MESSAGE_CHARS,
             )
         )
     };
     let state: ChainState =
         serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
-            // Outside of any key the path is only a placeholder.
+            // Outside of any key the path is a placeholder.
             let path =
                 Some(error.path().to_string()).filter(|path| !matches!(path.as_str(), "." | "?"));
             unreadable(path.unwrap_or_else(|| WHOLE.to_owned()), error.inner())

@@ -24,7 +24,7 @@ fn origin(title: &str) -> Origin<'_> {
     }
 }
 
-/// The motions, each with what the names of its snapshots begin with.
+/// The motions, each with the prefix of the names of its snapshots.
 const MOTIONS: [(Motion, &str); 2] = [(Motion::Spatial, ""), (Motion::Planar, "planar_")];
 
 fn whole(segments: usize, motion: Motion, purpose: Purpose) -> Vec<Kernel> {
@@ -106,8 +106,7 @@ fn readable_kernels() {
     }
 }
 
-/// What a paper takes in: equations with labels, vectors and matrices, whose lines end before a
-/// sign.
+/// Checks the equations for a paper: labels, vectors and matrices, in lines that end before a sign.
 #[test]
 fn equations_for_a_paper() {
     insta::assert_snapshot!(
@@ -170,7 +169,7 @@ fn other_languages() {
         name: name.into(),
         text: text.expect("see above"),
     }));
-    // `S`, which the plane does not need.
+    // The plane does not need `S`.
     let spatial =
         matlab::emit(&whole(1, Motion::Spatial, Purpose::Computing), origin).expect("see above");
     files.extend(

@@ -1,4 +1,4 @@
-//! Control polygons of Bézier curves: the spans of a B-spline, and what their polygons bound.
+//! Control polygons of Bézier curves: the spans of a B-spline, and bounds by their polygons.
 
 use crate::equations::linear::{add, dot, scale, sub};
 pub(super) use crate::workpiece::cross;
@@ -6,25 +6,25 @@ pub(super) use crate::workpiece::cross;
 /// A point or vector in the plane of the profile.
 pub(super) type Point = [f64; 2];
 
-/// `a` turned by a quarter turn to the left.
+/// Returns `a` turned by a quarter turn to the left.
 #[inline(always)]
 pub(super) fn left(a: Point) -> Point {
     [-a[1], a[0]]
 }
 
-/// The unit vector along `a`.
+/// Returns the unit vector along `a`.
 #[inline(always)]
 pub(super) fn unit(a: Point) -> Point {
     scale(1.0 / dot(a, a).sqrt(), a)
 }
 
-/// The angle from `a` to `b`, positive to the left, in rad.
+/// Returns the angle from `a` to `b`, positive to the left, in rad.
 pub(super) fn angle(a: Point, b: Point) -> f64 {
     cross(a, b).atan2(dot(a, b))
 }
 
-/// The control polygons of all spans of a uniform B-spline: clamped at its ends if it is open, else
-/// periodic.
+/// Returns the control polygons of all spans of a uniform B-spline: clamped at its ends if it is
+/// open, else periodic.
 ///
 /// The control points of a span are values of the polar form (Ramshaw, "Blossoms are polar forms",
 /// 1989): the `j`-th has `j` of its arguments at the end of the span and the others at the start.
@@ -73,7 +73,7 @@ pub(super) fn spans(points: &[Point], degree: usize, closed: bool) -> Vec<Vec<Po
         .collect()
 }
 
-/// The polygons of both halves (de Casteljau).
+/// Returns the polygons of both halves (de Casteljau).
 pub(super) fn halves(polygon: &[Point]) -> [Vec<Point>; 2] {
     let mut row = polygon.to_vec();
     let (mut first, mut second) = (vec![row[0]], vec![row[row.len() - 1]]);
@@ -89,8 +89,8 @@ pub(super) fn halves(polygon: &[Point]) -> [Vec<Point>; 2] {
     [first, second]
 }
 
-/// The polygon of the derivative by a parameter that runs over `range`; that of the zero curve for
-/// a single point.
+/// Returns the polygon of the derivative by a parameter that runs over `range`; that of the zero
+/// curve for a single point.
 pub(super) fn derivative(polygon: &[Point], range: f64) -> Vec<Point> {
     if polygon.len() == 1 {
         return vec![[0.0; 2]];
@@ -102,8 +102,8 @@ pub(super) fn derivative(polygon: &[Point], range: f64) -> Vec<Point> {
         .collect()
 }
 
-/// Bounds of the dot product of two curves over their common range of the parameter: the extremes
-/// of its coefficients.
+/// Returns bounds of the dot product of two curves over their common range of the parameter: the
+/// extremes of its coefficients.
 pub(super) fn product_range(a: &[Point], b: &[Point]) -> [f64; 2] {
     let (m, n) = (a.len() - 1, b.len() - 1);
     (0..=m + n)
@@ -117,12 +117,12 @@ pub(super) fn product_range(a: &[Point], b: &[Point]) -> [f64; 2] {
         })
 }
 
-/// The number of ways to choose `k` of `n`.
+/// Returns the number of ways to choose `k` of `n`.
 pub(super) fn binomial(n: usize, k: usize) -> f64 {
     (0..k).fold(1.0, |product, i| product * (n - i) as f64 / (i + 1) as f64)
 }
 
-/// The lower and upper corners of the box about `points`.
+/// Returns the lower and upper corners of the box about `points`.
 pub(super) fn bounds(points: &[Point]) -> [Point; 2] {
     points.iter().fold(
         [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],

@@ -1,9 +1,9 @@
-//! Whether a chain of curves crosses itself.
+//! Crossings of a chain of curves with itself.
 
 use super::bezier::{Point, angle, bounds, cross, derivative, halves, left};
 use crate::equations::linear::{add, dot, scale, sub};
 
-/// The first crossing of two links of a chain: the numbers of the links, and where.
+/// Returns the first crossing of two links of a chain: the numbers of the links, and the position.
 ///
 /// Each link is a polygon of a curve that turns by less than a quarter turn, and starts where the
 /// one before it ends; a chain that is `closed` starts where it ends. Parts that cannot be told
@@ -31,7 +31,7 @@ pub(super) fn find(
         })
 }
 
-/// Where two rays cross, each given by its end and direction.
+/// Returns the crossing of two rays, each given by its end and direction.
 pub(super) fn of_rays([a, along_a]: [Point; 2], [b, along_b]: [Point; 2]) -> Option<Point> {
     let determinant = cross(along_a, along_b);
     let (on_a, on_b) = (
@@ -73,10 +73,10 @@ fn between(a: &[Point], b: &[Point], tolerance: f64) -> Option<Point> {
         .find_map(|half| between(half, other, tolerance))
 }
 
-/// As [`between`], where `b` starts at the end of `a`.
+/// Works as [`between`], where `b` starts at the end of `a`.
 fn between_neighbours(a: &[Point], b: &[Point], tolerance: f64) -> Option<Point> {
-    // Seen from the joint, each lies within the angle of its directions: they meet only there if
-    // these are apart.
+    // Seen from the joint, each curve lies within the angle of its directions: they meet only there
+    // if these are apart.
     let (chord_a, chord_b) = (sub(a[0], a[a.len() - 1]), sub(b[b.len() - 1], b[0]));
     if angle(chord_a, chord_b).abs() > spread(a, scale(-1.0, chord_a)) + spread(b, chord_b) {
         return None;
@@ -91,7 +91,7 @@ fn between_neighbours(a: &[Point], b: &[Point], tolerance: f64) -> Option<Point>
         .or_else(|| between_neighbours(&near_a, &near_b, tolerance))
 }
 
-/// The largest angle between a curve's direction and its chord, in rad.
+/// Returns the largest angle between a curve's direction and its chord, in rad.
 fn spread(polygon: &[Point], chord: Point) -> f64 {
     derivative(polygon, 1.0)
         .into_iter()

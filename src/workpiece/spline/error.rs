@@ -1,9 +1,10 @@
-//! Why control points do not make a profile.
+//! Errors of control points that do not make a profile.
 
 use std::error::Error;
 use std::fmt;
 
-/// Why a [`Spline`](super::Spline) cannot be made. Control points count from 1, positions are in m.
+/// Error of a [`Spline`](super::Spline) that cannot be made. Control points count from 1, positions
+/// are in m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SplineError {
     /// A control point is not a number, or too far away to be computed with.
@@ -13,7 +14,7 @@ pub enum SplineError {
     },
     /// The degree is not from 1 to 10.
     Degree {
-        /// The degree that was asked for.
+        /// Degree that was asked for.
         degree: usize,
     },
     /// The degree takes more control points.
@@ -24,31 +25,31 @@ pub enum SplineError {
         needed: usize,
         /// Degree of the spline.
         degree: usize,
-        /// Whether it is closed.
+        /// `true` if it is closed.
         closed: bool,
     },
     /// The curve has no direction somewhere, because control points coincide.
     Stops {
-        /// Where.
+        /// Position.
         position: [f64; 2],
         /// Number of the nearest control point.
         point: usize,
     },
     /// The curve turns by half a turn at a corner, back onto itself.
     TurnsBack {
-        /// The corner.
+        /// Corner.
         position: [f64; 2],
         /// Number of the nearest control point.
         point: usize,
     },
     /// The curve crosses or touches itself.
     Crosses {
-        /// Where.
+        /// Position.
         position: [f64; 2],
     },
     /// An end of an open curve, continued straight, meets the curve or the other end.
     EndsCross {
-        /// Where.
+        /// Position.
         position: [f64; 2],
     },
 }

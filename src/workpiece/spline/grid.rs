@@ -1,17 +1,17 @@
-//! Which pieces of a curve can hold the nearest point, by where one looks from.
+//! Lists of the pieces of a curve that can hold the nearest point, by region of the plane.
 
 use super::bezier::Point;
 use crate::equations::linear::{add, dot, scale, sub};
 
-/// What is known of a piece of the curve: a disc that holds all of it, and points on it.
+/// Extent of a piece of the curve: a disc that holds all of it, and points on it.
 pub(super) struct Extent {
     pub centre: Point,
     pub radius: f64,
     pub points: [Point; 2],
 }
 
-/// Lists as short as this are not worth cells of their own.
-const FEW: usize = 2;
+/// Largest length of a list whose block of cells is not divided.
+const MAX_UNDIVIDED_LIST: usize = 2;
 
 /// Squares about the curve, each twice as wide as the one inside it, each cut into cells. A cell
 /// lists every piece that is nearest to some point of the cell. Cells grow with the distance, as do
@@ -23,7 +23,7 @@ pub(super) struct Grid {
     half: f64,
     /// Cells along a side of the inmost square.
     fine: usize,
-    /// Where the list of each cell starts and ends. Cells share lists.
+    /// Start and end of the list of each cell. Cells share lists.
     ranges: Vec<[u32; 2]>,
     lists: Vec<u32>,
     /// All pieces, for points outside all squares.
@@ -37,7 +37,7 @@ impl Grid {
     /// Cells along a side of the other squares.
     const COARSE: usize = 32;
 
-    /// The grid of the pieces in the box from `low` to `high`.
+    /// Creates the grid of the pieces in the box from `low` to `high`.
     pub fn new(pieces: &[Extent], [low, high]: [Point; 2]) -> Self {
         let centre = scale(0.5, add(low, high));
         // Filaments come from outside the box.
@@ -69,7 +69,7 @@ impl Grid {
         grid
     }
 
-    /// The pieces of which one is nearest to `point`, in ascending order; never none.
+    /// Returns the pieces of which one is nearest to `point`, in ascending order; never none.
     #[inline]
     pub fn candidates(&self, point: Point) -> &[u32] {
         let [x, y] = scale(1.0 / self.half, sub(point, self.centre));
@@ -92,7 +92,7 @@ impl Grid {
         &self.lists[start as usize..end as usize]
     }
 
-    /// The number of the first cell of a square, and its cells along a side.
+    /// Returns the number of the first cell of a square, and its cells along a side.
     #[inline]
     fn layout(&self, square: usize) -> (usize, usize) {
         match square {
@@ -104,8 +104,7 @@ impl Grid {
         }
     }
 
-    /// Writes the lists of the cells of `block`, of which no piece is nearest that is not in
-    /// `candidates`.
+    /// Writes the lists of the cells of `block`, whose nearest pieces are all in `candidates`.
     fn fill(&mut self, block: &Block, candidates: &[u32], pieces: &[Extent]) {
         let [column, row] = block.index;
         let low = add(
@@ -113,7 +112,7 @@ impl Grid {
             [block.cell * column as f64, block.cell * row as f64],
         );
         let kept = visible(low, block.cell * block.count as f64, candidates, pieces);
-        if block.count > 1 && kept.len() > FEW {
+        if block.count > 1 && kept.len() > MAX_UNDIVIDED_LIST {
             let count = block.count / 2;
             for index in [
                 [column, row],
@@ -146,7 +145,7 @@ impl Grid {
 
 /// A square block of cells.
 struct Block {
-    /// The number of the square, from the inmost.
+    /// Number of the square, from the inmost.
     square: usize,
     /// Column and row of its first cell.
     index: [usize; 2],
@@ -158,11 +157,12 @@ struct Block {
     cell: f64,
 }
 
-/// Those of `candidates` that can be nearest to a point of the square from `low`, `width` (m) wide.
+/// Returns those `candidates` that can be nearest to a point of the square from `low`, `width` (m)
+/// wide.
 ///
 /// A point `q` of the curve is nearer to `p` than the disc of radius `r` about `c` if `|p − c| ≥ |p
-/// − q| + r`. The points of which this holds are those inside a branch of a hyperbola. That region
-/// is convex, so that it holds a square if it holds its corners.
+/// − q| + r`. Such points `p` are inside a branch of a hyperbola. That region is convex: it holds a
+/// square if it holds its corners.
 fn visible(low: Point, width: f64, candidates: &[u32], pieces: &[Extent]) -> Vec<u32> {
     let square = |point: Point, from: Point| {
         let offset = sub(point, from);

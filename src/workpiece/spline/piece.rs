@@ -9,13 +9,13 @@ use super::bezier::{
 use super::grid::Extent;
 use crate::equations::linear::{add, dot, scale, sub};
 
-/// The largest degree of a spline.
+/// Largest degree of a spline.
 pub(super) const MAX_DEGREE: usize = 10;
 
-/// The tangent of the largest angle between a piece and its chord.
+/// Tangent of the largest angle between a piece and its chord.
 const LARGEST_SLOPE: f64 = 0.2;
 
-/// How much faster a piece is passed at one place than at another, by its parameter.
+/// Largest ratio of the speeds at two places of a piece, by its parameter.
 const LARGEST_SPEED_RATIO: f64 = 1.7;
 
 /// Terms of the series for arc length, which leave an error below 1e-9 of the piece.
@@ -33,7 +33,7 @@ pub(super) struct Piece {
     axis: Point,
     /// Half the length of the chord, in m.
     half: f64,
-    /// The range of heights over the chord, in m.
+    /// Range of heights over the chord, in m.
     heights: [f64; 2],
     /// Bound of `|c'|` across the chord over that along it.
     slope: f64,
@@ -41,22 +41,22 @@ pub(super) struct Piece {
     end_velocities: [Point; 2],
     /// Bounds of `|c'|² + c · c''`.
     bend: [f64; 2],
-    /// The corners of the box about `c''`.
+    /// Corners of the box about `c''`.
     accelerations: [Point; 2],
     /// Bounds of `|3 c' · c'' + c · c'''|` and `|c'''|`.
     jerk: [f64; 2],
     degree: usize,
-    /// The coefficients of the powers of `u` in `c`.
+    /// Coefficients of the powers of `u` in `c`.
     coefficients: [Point; MAX_DEGREE + 1],
     /// Arc length of the curve up to the start of this piece, in m.
     pub start: f64,
-    /// The coefficients of the powers of `u` in the arc length from the start of this piece.
+    /// Coefficients of the powers of `u` in the arc length from the start of this piece.
     lengths: [f64; LENGTH_TERMS + 1],
 }
 
 impl Piece {
-    /// The piece with the control polygon `polygon`, as the first of the curve; none if it turns
-    /// too much to be one piece.
+    /// Creates the piece with the control polygon `polygon`, as the first of the curve; `None` if
+    /// it turns too much to be one piece.
     pub fn new(polygon: &[Point]) -> Option<Self> {
         let degree = polygon.len() - 1;
         let (first, last) = (polygon[0], polygon[degree]);
@@ -112,25 +112,25 @@ impl Piece {
         Some(piece)
     }
 
-    /// `point` (m) in the frame of this piece.
+    /// Returns `point` (m) in the frame of this piece.
     #[inline]
     pub fn local(&self, point: Point) -> Point {
         into_frame(self.axis, sub(point, self.origin))
     }
 
-    /// A vector of the frame of this piece in that of the profile.
+    /// Maps a vector of the frame of this piece to that of the profile.
     #[inline]
     pub fn global_direction(&self, [along, across]: Point) -> Point {
         add(scale(along, self.axis), scale(across, left(self.axis)))
     }
 
-    /// A point of the frame of this piece in that of the profile, in m.
+    /// Maps a point of the frame of this piece to that of the profile, in m.
     #[inline]
     pub fn global(&self, local: Point) -> Point {
         add(self.origin, self.global_direction(local))
     }
 
-    /// `c`, `c'` and `c''` at `u`.
+    /// Returns `c`, `c'` and `c''` at `u`.
     #[inline]
     pub fn evaluate(&self, u: f64) -> [Point; 3] {
         let (mut value, mut first, mut half_second) = ([0.0; 2], [0.0; 2], [0.0; 2]);
@@ -142,7 +142,7 @@ impl Piece {
         [value, first, scale(2.0, half_second)]
     }
 
-    /// Curvature at `u` in 1/m, positive where the curve turns to the right.
+    /// Returns the curvature at `u` in 1/m, positive where the curve turns to the right.
     #[inline]
     pub fn curvature(&self, u: f64) -> f64 {
         let [_, velocity, acceleration] = self.evaluate(u);
@@ -150,7 +150,7 @@ impl Piece {
         -cross(velocity, acceleration) / (squared_speed * squared_speed.sqrt())
     }
 
-    /// Arc length in m from the start of this piece to `u`.
+    /// Returns the arc length in m from the start of this piece to `u`.
     #[inline]
     pub fn arc_length(&self, u: f64) -> f64 {
         self.lengths
@@ -159,12 +159,12 @@ impl Piece {
             .fold(0.0, |sum, coefficient| sum * u + coefficient)
     }
 
-    /// Arc length of the whole piece in m.
+    /// Returns the arc length of the whole piece in m.
     pub fn length(&self) -> f64 {
         self.arc_length(1.0)
     }
 
-    /// The parameter at `arc_length` (m) from the start of this piece.
+    /// Returns the parameter at `arc_length` (m) from the start of this piece.
     pub fn parameter_at(&self, arc_length: f64) -> f64 {
         let mut u = 2.0 * arc_length / self.length() - 1.0;
         // The speed varies little, so that Newton's method converges from everywhere.
@@ -179,13 +179,13 @@ impl Piece {
         u.clamp(-1.0, 1.0)
     }
 
-    /// The unit vectors along the curve at the start and at the end.
+    /// Returns the unit vectors along the curve at the start and at the end.
     pub fn end_directions(&self) -> [Point; 2] {
         self.end_velocities
             .map(|velocity| unit(self.global_direction(velocity)))
     }
 
-    /// Where the piece is.
+    /// Returns the extent of the piece.
     pub fn extent(&self) -> Extent {
         let [low, high] = self.heights;
         Extent {
@@ -198,8 +198,8 @@ impl Piece {
         }
     }
 
-    /// A lower bound of the squared distance from `point` (of this frame, in m) to the piece: that
-    /// to the box about it.
+    /// Returns a lower bound of the squared distance from `point` (of this frame, in m) to the
+    /// piece: that to the box about it.
     #[inline]
     pub fn squared_distance_bound(&self, [along, height]: Point) -> f64 {
         let beyond = (along.abs() - self.half).max(0.0);
@@ -209,7 +209,7 @@ impl Piece {
         beyond * beyond + off * off
     }
 
-    /// The parameter of the point nearest to `point` (of this frame, in m), and the squared
+    /// Returns the parameter of the point nearest to `point` (of this frame, in m), and the squared
     /// distance to it. Any result serves if that is above `limit`.
     ///
     /// Half the squared distance has the derivatives `f = (c − p) · c'` and `f' = |c'|² + (c − p) ·
@@ -246,9 +246,9 @@ impl Piece {
         }
     }
 
-    /// The root of a rising `f` between `low` and `high` by Newton's method, kept between the
-    /// bounds found so far, and the squared distance there. `at_low ≤ 0 ≤ at_high` are the values
-    /// of `f`.
+    /// Returns the root of a rising `f` between `low` and `high`, and the squared distance there.
+    /// Newton's method is kept between the bounds found so far. `at_low ≤ 0 ≤ at_high` are the
+    /// values of `f`.
     #[inline]
     fn root(
         &self,
@@ -287,8 +287,8 @@ impl Piece {
         (u, squared)
     }
 
-    /// As [`nearest`](Self::nearest), where `f` may fall: for points near the centre of curvature
-    /// and beyond it.
+    /// Works as [`nearest`](Self::nearest), where `f` may fall: for points near the centre of
+    /// curvature and beyond it.
     ///
     /// Halves intervals until they can hold no nearer point, no root of `f`, no minimum, or one
     /// root of a rising `f`.
@@ -345,8 +345,8 @@ impl Piece {
         best
     }
 
-    /// The coefficients of [`arc_length`](Self::arc_length): the integral of the Chebyshev series
-    /// of the speed.
+    /// Returns the coefficients of [`arc_length`](Self::arc_length): the integral of the Chebyshev
+    /// series of the speed.
     fn integrate_speed(&self) -> [f64; LENGTH_TERMS + 1] {
         let angles: [f64; LENGTH_TERMS] =
             array::from_fn(|i| PI * (i as f64 + 0.5) / LENGTH_TERMS as f64);
@@ -391,14 +391,14 @@ impl Piece {
     }
 }
 
-/// The components of `vector` along `axis` and to the left of it.
+/// Returns the components of `vector` along `axis` and to the left of it.
 #[inline(always)]
 fn into_frame(axis: Point, vector: Point) -> Point {
     [dot(axis, vector), cross(axis, vector)]
 }
 
-/// The coefficients of the powers of `u`, from −1 to 1, of the curve with the control polygon
-/// `polygon`.
+/// Returns the coefficients of the powers of `u`, from −1 to 1, of the curve with the control
+/// polygon `polygon`.
 fn taylor(polygon: &[Point]) -> [Point; MAX_DEGREE + 1] {
     // The parameter of the second half is `u` itself.
     let [_, mut differences] = halves(polygon);

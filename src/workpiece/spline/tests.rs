@@ -4,8 +4,8 @@ use fastrand::Rng;
 
 use super::*;
 
-/// The curve at `t` by the recursion of Cox and de Boor, independent of the pieces: `t` runs over
-/// the spans, from 0.
+/// Returns the curve at `t` by the recursion of Cox and de Boor, independent of the pieces: `t`
+/// runs over the spans, from 0.
 fn de_boor(points: &[Point], degree: usize, closed: bool, t: f64) -> Point {
     let (count, shift) = (points.len(), (degree - 1) / 2);
     let spans = if closed { count } else { count - degree };
@@ -36,7 +36,7 @@ fn de_boor(points: &[Point], degree: usize, closed: bool, t: f64) -> Point {
     row[degree]
 }
 
-/// A curve, and as much of it as brute force needs.
+/// A curve, and the samples of it for brute force.
 struct Sampled {
     spline: Spline,
     curve: Box<dyn Fn(f64) -> Point>,
@@ -67,7 +67,7 @@ impl Sampled {
         }
     }
 
-    /// The distance from `point` by trying all samples, refined about the nearest of them.
+    /// Returns the distance from `point` by trying all samples, refined about the nearest of them.
     /// Continuations count.
     fn distance(&self, point: Point) -> f64 {
         let distance = |q: Point| (q[0] - point[0]).hypot(q[1] - point[1]);
@@ -91,7 +91,8 @@ impl Sampled {
         rays.fold(on_curve, f64::min)
     }
 
-    /// Whether `point` is on the left-hand side, by the angle under which the curve passes it.
+    /// Returns `true` if `point` is on the left-hand side, by the angle under which the curve
+    /// passes it.
     fn is_outside(&self, point: Point) -> bool {
         let far = self
             .spline
@@ -121,8 +122,8 @@ impl Sampled {
     }
 }
 
-/// Waves along x whose crests and troughs are far tighter than the distances from which they are
-/// seen.
+/// Returns waves along x whose crests and troughs are far tighter than the distances from which
+/// they are seen.
 fn wavy(rng: &mut Rng, count: usize) -> Vec<Point> {
     (0..count)
         .map(|i| {
@@ -134,7 +135,7 @@ fn wavy(rng: &mut Rng, count: usize) -> Vec<Point> {
         .collect()
 }
 
-/// Clockwise around the origin, with symmetric lobes: points on their axes have several nearest
+/// Returns symmetric lobes, clockwise around the origin: points on their axes have several nearest
 /// points.
 fn lobes(count: usize) -> Vec<Point> {
     (0..count)
@@ -146,7 +147,8 @@ fn lobes(count: usize) -> Vec<Point> {
         .collect()
 }
 
-/// The centre of curvature at a share of the length; a point of the curve where it is straight.
+/// Returns the centre of curvature at a share of the length; a point of the curve where it is
+/// straight.
 fn centre_of_curvature(spline: &Spline, share: f64) -> Point {
     let (point, direction) = spline.at(share * spline.length());
     let curvature = spline.nearest(point).curvature;

@@ -340,7 +340,7 @@ pub fn kernels() -> Vec<Kernel> {
     kernels
 }
 
-/// A random expression in each of [`FORMS`].
+/// Builds a random expression in each of [`FORMS`].
 pub fn forms(program: &[Instruction]) -> [(Graph, NodeId); 4] {
     let mut raw = Graph::raw();
     let raw_result = build(&mut raw, program);

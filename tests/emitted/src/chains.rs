@@ -21,8 +21,8 @@ pub fn kernels(segments: usize, motion: Motion) -> Vec<Kernel> {
     whole_kernels(segments, motion, Purpose::Computing).expect("the derivation is sound")
 }
 
-/// The range of an element of an input. All are of the order of one, and no joint is bent by more
-/// than a radian.
+/// The range of an element of an input. All are of order one, and no joint is bent by more than a
+/// radian.
 fn range(input: &Input, element: &str) -> Range<f64> {
     match input.name.as_str() {
         "q" if element.starts_with("phi") => FRAC_PI_2 - 0.4..FRAC_PI_2 + 0.4,

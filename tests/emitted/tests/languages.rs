@@ -1,8 +1,9 @@
 //! Is it right in every language? The emitted sources are run by their compilers and interpreters,
 //! and agree with Rust.
 //!
-//! C and Rust on `f64` are always run. Octave and Python are run where the environment variables `BRISTLE_TEST_OCTAVE`
-//! and `BRISTLE_TEST_PYTHON` name their programs; Python needs NumPy and SymPy.
+//! C and Rust on `f64` are always run. Octave and Python are run where the environment variables
+//! `BRISTLE_TEST_OCTAVE` and `BRISTLE_TEST_PYTHON` name their programs; Python needs NumPy and
+//! SymPy.
 
 use std::collections::HashMap;
 use std::env;
@@ -35,17 +36,17 @@ const ORIGIN: Origin<'_> = Origin {
     again: "cargo test",
 };
 
-/// Number of states at which each set of functions is compared, and how many of them SymPy gets,
-/// which evaluates without compiling.
+/// Number of states at which each set of functions is compared, and number for SymPy, which
+/// evaluates without compiling.
 const STATES: usize = 1000;
 const STATES_OF_SYMPY: usize = 3;
 
-/// Deviation from Rust, relative to the largest value of the same function at the same state. Sines
-/// differ in their last bits.
+/// Largest deviation from Rust, relative to the largest value of the same function at the same
+/// state. Sines differ in their last bits.
 const TOLERANCE: f64 = 1e-12;
 
-/// Numbers of segments of the chains that `bristle evaluate` evaluates, number of states, and the
-/// deviation from it, relative as above.
+/// Prefix and numbers of segments of the chains that `bristle evaluate` evaluates, number of
+/// states, and largest deviation, relative as above.
 const EVALUATE: &str = "evaluate ";
 const EVALUATED: [usize; 3] = [1, 3, 7];
 const STATES_OF_EVALUATE: usize = 100;
@@ -168,7 +169,7 @@ impl Sample {
         samples
     }
 
-    /// A directory with the sources, the driver `driver` and the first `count` states.
+    /// Writes a directory with the sources, the driver `driver` and the first `count` states.
     fn directory(&self, files: &[SourceFile], driver: SourceFile, count: usize) -> TempDir {
         let directory = TempDir::new().expect("a temporary directory");
         let mut states = String::new();
@@ -221,8 +222,8 @@ impl Sample {
         assert_eq!(numbers.next(), None);
     }
 
-    /// The arguments of a call, from pieces of the state that `scalar` and `array` write, given
-    /// start and end.
+    /// Writes the arguments of a call from pieces of the state: `scalar` and `array` write them,
+    /// given start and end.
     fn arguments(&self, scalar: fn(usize) -> String, array: fn(usize, usize) -> String) -> String {
         let mut start = 0;
         let mut arguments = Vec::new();
@@ -253,7 +254,7 @@ fn single(name: &str, text: String) -> Vec<SourceFile> {
     }]
 }
 
-/// Runs a program in a directory. It succeeds.
+/// Runs a program in a directory, with success.
 fn run(directory: &Path, program: &str, arguments: &[&str]) {
     let output = Command::new(program)
         .args(arguments)

@@ -7,21 +7,21 @@ use bristle_emitted::catalogue::{COVERAGE, FORMS, KINDS, covered_nodes, forms, k
 use bristle_emitted::emitted;
 use fastrand::Rng;
 
-/// Number of random expressions of which all forms are compared. The first ones are emitted, too.
+/// Number of random expressions whose forms are all compared. The first ones are emitted, too.
 const COMPARED: usize = 2000;
 
 /// Points at which each expression is evaluated.
 const POINTS: usize = 20;
 
-/// An emitted function and the evaluation of its graph do the same operations. Only integer powers
+/// An emitted function does the same operations as the evaluation of its graph. Only integer powers
 /// differ, by one rounding each.
-const SAME_OPERATIONS: f64 = 1e-13;
+const EMITTED_TOLERANCE: f64 = 1e-13;
 
 /// A simplified expression rounds differently, and its derivative with respect to an intermediate
 /// can be as large as the largest intermediate; hence the square.
-const SIMPLIFIED: f64 = 1e-12;
+const SIMPLIFIED_TOLERANCE: f64 = 1e-12;
 
-/// Expressions with larger intermediates are not compared.
+/// Largest intermediate of an expression that is compared.
 const MAX_SCALE: f64 = 1e3;
 
 #[test]
@@ -45,14 +45,14 @@ fn random_expressions_have_one_value_raw_simplified_and_emitted() {
                 let (evaluated, largest) = value(graph, *node, &point);
                 let error = (evaluated - expected).abs();
                 assert!(
-                    error <= SIMPLIFIED * scale.powi(2),
+                    error <= SIMPLIFIED_TOLERANCE * scale.powi(2),
                     "{form} of {program:?} at {point:?}: {evaluated} {expected}"
                 );
                 if let Some(functions) = functions {
                     let emitted = functions[i](point);
                     let error = (emitted - evaluated).abs();
                     assert!(
-                        error <= SAME_OPERATIONS * largest,
+                        error <= EMITTED_TOLERANCE * largest,
                         "{form} of {program:?} at {point:?}: {emitted} {evaluated}"
                     );
                 }
@@ -87,7 +87,7 @@ fn every_operator_and_its_derivative_are_emitted_right() {
                 );
                 let evaluated = values[node.index()];
                 assert!(
-                    (emitted - evaluated).abs() <= SAME_OPERATIONS * expected.abs().max(1.0),
+                    (emitted - evaluated).abs() <= EMITTED_TOLERANCE * expected.abs().max(1.0),
                     "{}",
                     covered.name
                 );

@@ -1,4 +1,4 @@
-//! The filaments, clamps and surfaces of the trials, and how their results are compared.
+//! The filaments, clamps and surfaces of the trials, and comparisons of their results.
 
 use std::f64::consts::PI;
 
@@ -54,7 +54,7 @@ pub fn unit_beam(segments: usize) -> FilamentSettings {
     }
 }
 
-/// Its chain.
+/// Chain of the beam.
 pub fn unit_chain(segments: usize) -> Chain<f64> {
     chain(&unit_beam(segments), [0.0; 3])
 }

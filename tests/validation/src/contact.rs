@@ -89,8 +89,8 @@ fn imbalance(settings: &Settings) -> Result<f64, Failure> {
     Ok((work - stored - dissipated).abs() / work.abs())
 }
 
-/// Blocks of planar coordinates, `[η, θ]`, as those of the spatial equations, `[φ, θ]`, with the
-/// same first entry for all.
+/// Converts blocks of planar coordinates, `[η, θ]`, to those of the spatial equations, `[φ, θ]`,
+/// with the same first entry for all.
 fn in_space(blocks: &[[f64; 2]], polar: f64) -> Vec<[f64; 2]> {
     blocks.iter().map(|block| [polar, block[1]]).collect()
 }
@@ -203,7 +203,7 @@ const ORDERS: [&str; 5] = [
     "order of ε_tc",
 ];
 
-/// Their values.
+/// Values of these metrics.
 fn values(metrics: &Metrics) -> [f64; 5] {
     [
         metrics.contact_normal_impulse_n_s,

@@ -24,7 +24,7 @@ const STIFFNESS: f64 = 1e5;
 const REACH: f64 = 0.5;
 /// Joint damping over joint stiffness, in s: the beam creeps to its rest.
 const DAMPING_TIME: f64 = 0.2;
-/// Time in s after which it rests.
+/// Time in s after which the beam rests.
 const REST: f64 = 30.0;
 
 /// A single edge without faces.
@@ -62,8 +62,8 @@ impl ClampMotion for Drawn {
     }
 }
 
-/// The circle that touches a beam at `point` where a sharp, rigid edge would, and how the beam then
-/// lies. `friction` is friction over normal force, positive towards the root.
+/// The circle that touches a beam at `point` like a sharp, rigid edge, and the resulting shape of
+/// the beam. `friction` is friction over normal force, positive towards the root.
 fn touching(point: [f64; 2], friction: f64) -> (Circle, Held) {
     let held = Held::over_edge(
         Circle {
@@ -178,9 +178,9 @@ fn settle(
     Ok(seen)
 }
 
-/// The means of the errors of contact angle, arc length and force over four edges, each touching a
-/// quarter of a segment farther out than the one before, and the range of the force's errors. All
-/// are relative; the beam rests without friction.
+/// Mean relative errors of contact angle, arc length and force over four edges, and the range of the
+/// force's errors. Each edge touches a quarter of a segment farther out than the one before. The
+/// beam rests without friction.
 fn errors(segments: usize, ratio: f64) -> Result<([f64; 3], f64), Failure> {
     const SHIFTS: usize = 4;
     let still = Drawn {
@@ -350,13 +350,13 @@ fn curved(segments: usize, velocity: f64, depth: f64, radius: f64) -> Result<Set
     Ok(settings)
 }
 
-/// The elastica of such a filament with its tip on the workpiece, when the tool has turned by
+/// The elastica of a filament with its tip on a curved workpiece, when the tool has turned by
 /// `turned` (rad) past straight downwards, in units of l_f and E I. `slopes` bounds the slope of
 /// the workpiece at the tip, relative to the plane `y = 0`.
 fn on_curve(settings: &Settings, radius: f64, turned: f64, slopes: [f64; 2]) -> Held {
     let (length, body) = (settings.filament.length_m, settings.tool.body_radius_m);
     let below = (body + length - settings.process.penetration_depth_m + radius) / length;
-    // As the clamp sees it; the filament trails, and is bent to the other side.
+    // The frame is that of the clamp; the filament trails, and is bent to the other side.
     let centre = [below * turned.cos() - body / length, below * turned.sin()];
     let bending = bending_stiffness(&settings.filament, settings.filament.diameter_m);
     let stiffness = settings.contact.stiffness_n_m * length.powi(3) / bending;

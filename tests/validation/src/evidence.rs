@@ -11,13 +11,13 @@ use crate::trial::Check;
 enum Largest {
     /// Largest error of trials, by their names, among comparisons with these tolerances, or all.
     Of(&'static [&'static str], &'static [&'static Tolerance]),
-    /// All comparisons of trials whose names begin so hold.
+    /// All comparisons hold in trials with this prefix of their names.
     AllHold(&'static str),
     /// Tolerance of another test, with its command.
     Within(f64, &'static str),
 }
 
-/// Rows: what is compared, with what, and how far they differ.
+/// Rows: subject, reference, and largest difference.
 const ROWS: &[(&str, &str, Largest)] = &[
     (
         "equations of motion, kernels and tangents, at 1000 states",

@@ -43,7 +43,7 @@ struct Impact {
     dissipated: f64,
 }
 
-/// The tip of the mass `mass` (kg) hits a plane at `speed` (m/s), at the relative tolerance
+/// Lets the tip of the mass `mass` (kg) hit a plane at `speed` (m/s), at the relative tolerance
 /// `relative`.
 fn hit(law: ContactLaw, mass: f64, speed: f64, relative: f64) -> Result<Impact, Failure> {
     let plane = Plane::new([0.0; 3], [0.0, 1.0, 0.0], [0.0; 3]);
@@ -54,8 +54,8 @@ fn hit(law: ContactLaw, mass: f64, speed: f64, relative: f64) -> Result<Impact, 
         stiffness: law.stiffness,
         exponent: law.exponent,
     };
-    // Starts a tenth of the duration before the contact. Damping makes the contact at most twice as
-    // long.
+    // The motion starts a tenth of the duration before the contact. Damping makes the contact at
+    // most twice as long.
     let before = 0.1 * elastic.duration();
     let start = system.state(0.0, vec![[FRAC_PI_2, speed * before]], vec![[0.0, -speed]]);
     let tolerances = Tolerances::of_motion(relative, elastic.depth(), speed);

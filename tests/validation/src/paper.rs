@@ -17,7 +17,7 @@ use super::{sources, tolerances};
 struct Grid {
     velocities: Vec<f64>,
     depths: Vec<f64>,
-    /// By depth, then by velocity.
+    /// Rows by depth, columns by velocity.
     metrics: Vec<Vec<Metrics>>,
 }
 
@@ -81,7 +81,7 @@ impl Grid {
             .unwrap_or(self.depths.len())
     }
 
-    /// True if the pass is striking.
+    /// `true` if the pass is striking.
     fn strikes(&self, depth: usize, velocity: usize) -> bool {
         depth < self.tier(velocity)
     }
@@ -137,8 +137,8 @@ fn misfit(x: &[f64], y: &[f64]) -> f64 {
     distances.fold(0.0, worse) / (high - low)
 }
 
-/// Compares findings of the paper: for what, the quantity, the number, and the bounds within which
-/// it must lie.
+/// Compares findings of the paper: subject, quantity, number, and the bounds within which it must
+/// lie.
 fn find<const N: usize>(
     trial: &mut Trial,
     findings: [(&str, &'static str, f64, &'static Tolerance); N],

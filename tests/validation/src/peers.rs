@@ -74,7 +74,8 @@ struct Peer {
     code: &'static str,
     rows: &'static str,
     source: &'static Source,
-    /// For the trajectory of the tip, the force over time, the metrics, and the peak force.
+    /// Tolerances of the trajectory of the tip, the force over time, the metrics, and the peak
+    /// force.
     tolerances: [&'static Tolerance; 4],
 }
 

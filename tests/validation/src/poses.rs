@@ -83,7 +83,7 @@ fn tip(settings: &Settings) -> [f64; 2] {
 ///
 /// Cups of the paper's filaments bend by up to 67 mm of 80 mm. SciPy minimises their `V`.
 pub fn splayed(trial: &mut Trial) -> Outcome {
-    /// Of the clamp from the axis, over l_f: so near that the filament hardly bends.
+    /// Distance of the clamp from the axis, over l_f: so near that the filament hardly bends.
     const NEAR: f64 = 3e-5;
     const SEGMENTS: [usize; 3] = [25, 50, 100];
     let paper = paper_case(25, 10.0, 1e-3)?;
@@ -156,7 +156,7 @@ fn flat_force(settings: &Settings) -> Result<f64, Failure> {
 /// clamped-free elastica that has buckled.
 pub fn flat(trial: &mut Trial) -> Outcome {
     const SEGMENTS: usize = 25;
-    /// In m/s.
+    /// Velocity in m/s.
     const SLOW: f64 = 2.0;
     for case in references()?.flat_cups {
         let settings = cup(

@@ -32,7 +32,7 @@ impl Report {
         Self { name, checks }
     }
 
-    /// True if there are comparisons and all are within their tolerances.
+    /// `true` if there are comparisons and all are within their tolerances.
     pub fn passes(&self) -> bool {
         matches!(&self.checks, Ok(checks) if checks.iter().all(Check::passes))
     }

@@ -19,8 +19,8 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// Compares a number with what it should be: a value, or between two bounds, for which the
-    /// tolerance must be zero.
+    /// Compares a number with its reference: a value, or two bounds, for which the tolerance must
+    /// be zero.
     pub fn check(
         &mut self,
         subject: impl Into<String>,
@@ -152,7 +152,7 @@ impl Check {
         }
     }
 
-    /// True if the error is within the tolerance. A number that is not finite never passes.
+    /// `true` if the error is within the tolerance. A number that is not finite never passes.
     pub fn passes(&self) -> bool {
         self.computed.is_finite() && self.error() <= self.tolerance.value
     }

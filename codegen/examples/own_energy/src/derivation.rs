@@ -1,4 +1,4 @@
-//! The terms of one's own, and the functions that follow from them.
+//! User-defined energies, and the functions derived from them.
 
 use bristle_codegen::ir::kernel::{Kernel, Output};
 use bristle_codegen::ir::unit::Unit;
@@ -32,7 +32,7 @@ fn equations() -> WholeEquations {
     })
 }
 
-/// Mass matrix, force and energies; height of the tip, and the power that is lost, `q̇·∂D/∂q̇`.
+/// Returns mass matrix, force, energies, height of the tip, and dissipated power `q̇·∂D/∂q̇`.
 pub fn kernels() -> Result<Vec<Kernel>, String> {
     let mut whole = equations();
     let [_, rates] = whole.variables();

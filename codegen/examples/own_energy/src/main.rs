@@ -13,7 +13,7 @@ mod equations {
     include!(concat!(env!("OUT_DIR"), "/equations.rs"));
 }
 
-/// Three coordinates in rad, their rates in rad/s, and the energy lost so far in J.
+/// Three coordinates in rad, their rates in rad/s, and the dissipated energy in J.
 type State = SVector<f64, 7>;
 
 /// Calls a function of the chain: a filament of 30 mm at rest along `x`, 1 mm above the plane.
@@ -39,7 +39,7 @@ fn rate(state: State) -> State {
     State::from([state[3], state[4], state[5], a[0], a[1], a[2], power])
 }
 
-/// A step of the classical Runge-Kutta method.
+/// Takes a step of the classical Runge-Kutta method.
 fn step(state: State, h: f64) -> State {
     let a = rate(state);
     let b = rate(state + h / 2.0 * a);
@@ -53,7 +53,7 @@ fn advanced(state: State) -> State {
     (0..500).fold(state, |state, _| step(state, 2e-6))
 }
 
-/// Energy of the chain, with what it has lost, in J.
+/// Energy of the chain and the energy dissipated so far, in J.
 fn energy(state: State) -> f64 {
     let energies = at!(state, planar_energies);
     energies.kinetic + energies.spring + energies.gravity + energies.other + state[6]
@@ -73,9 +73,9 @@ fn main() {
 #[test]
 fn what_the_dampers_take_is_what_the_chain_loses() {
     let end = (0..20).fold(State::zeros(), |state, _| advanced(state));
-    // The tip has fallen into the potential, and has lost a part of its depth of 100 µJ.
+    // The tip has fallen into the potential and dissipated a part of its depth of 100 µJ.
     assert!(at!(end, observed).height < 0.5e-3 && end[6] > 5e-6);
-    // Of the order of the steps to the fourth power.
+    // The method has order 4.
     assert!((energy(end) - energy(State::zeros())).abs() < 1e-9 * end[6]);
 }
 

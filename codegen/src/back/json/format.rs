@@ -1,4 +1,4 @@
-//! What a file holds: its limits, its operators, and the entries that are both read and written.
+//! Contents of a file: its limits, its operators, and the entries that are both read and written.
 
 use std::fmt::{self, Formatter};
 use std::marker::PhantomData;
@@ -122,13 +122,13 @@ pub(super) fn name_and_parameter(node: Node) -> (&'static str, Option<i64>) {
     }
 }
 
-/// A list that is refused as soon as it exceeds `MOST` entries.
-pub(super) fn limited<'de, const MOST: usize, D: Deserializer<'de>, T: Deserialize<'de>>(
+/// Reads a list; refuses it as soon as it exceeds `MAX_ENTRIES` entries.
+pub(super) fn limited<'de, const MAX_ENTRIES: usize, D: Deserializer<'de>, T: Deserialize<'de>>(
     deserializer: D,
 ) -> Result<Vec<T>, D::Error> {
-    struct List<const MOST: usize, T>(PhantomData<T>);
+    struct List<const MAX_ENTRIES: usize, T>(PhantomData<T>);
 
-    impl<'de, const MOST: usize, T: Deserialize<'de>> Visitor<'de> for List<MOST, T> {
+    impl<'de, const MAX_ENTRIES: usize, T: Deserialize<'de>> Visitor<'de> for List<MAX_ENTRIES, T> {
         type Value = Vec<T>;
 
         fn expecting(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
@@ -138,9 +138,9 @@ pub(super) fn limited<'de, const MOST: usize, D: Deserializer<'de>, T: Deseriali
         fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Vec<T>, A::Error> {
             let mut list = Vec::new();
             while let Some(item) = items.next_element()? {
-                if list.len() == MOST {
+                if list.len() == MAX_ENTRIES {
                     return Err(de::Error::custom(format!(
-                        "this list has at most {MOST} entries"
+                        "this list has at most {MAX_ENTRIES} entries"
                     )));
                 }
                 list.push(item);
@@ -149,7 +149,7 @@ pub(super) fn limited<'de, const MOST: usize, D: Deserializer<'de>, T: Deseriali
         }
     }
 
-    deserializer.deserialize_seq(List::<MOST, T>(PhantomData))
+    deserializer.deserialize_seq(List::<MAX_ENTRIES, T>(PhantomData))
 }
 
 #[derive(Serialize, Deserialize)]

@@ -242,7 +242,7 @@ fn parse<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T, String> {
     let mut deserializer = serde_json::Deserializer::from_str(text);
     let syntax = |path: String, error: &serde_json::Error| {
         // The message may quote the file.
-        const SHOWN: usize = 400;
+        const MAX_CHARS: usize = 400;
         let message = error.to_string();
         let place = format!(" at line {} column {}", error.line(), error.column());
         // Outside any key the path is only a placeholder.
@@ -255,7 +255,7 @@ fn parse<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T, String> {
             "line {}, column {}, at `{path}`: {}",
             error.line(),
             error.column(),
-            shown(message.strip_suffix(&place).unwrap_or(&message), SHOWN)
+            shown(message.strip_suffix(&place).unwrap_or(&message), MAX_CHARS)
         )
     };
     let value = serde_path_to_error::deserialize(&mut deserializer)
@@ -477,7 +477,7 @@ impl KernelEntry {
     }
 }
 
-/// The graph of a list of operations, and the node of each.
+/// Builds the graph of a list of operations, with the node of each.
 fn build(operations: Vec<Operation>) -> Result<(Graph, Vec<NodeId>), String> {
     let mut graph = Graph::raw();
     let mut nodes: Vec<NodeId> = Vec::with_capacity(operations.len());

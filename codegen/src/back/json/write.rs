@@ -10,9 +10,9 @@ use crate::ir::constant::Constant;
 use crate::ir::graph::{Graph, Node, NodeId};
 use crate::ir::kernel::Kernel;
 
-/// The kernels as a file with one operation per line. The same kernels give the same bytes.
+/// Writes a file with one operation per line. The same kernels give the same bytes.
 ///
-/// `generator` names what made them, in one line.
+/// `generator` names the maker in one line.
 ///
 /// # Errors
 /// If a constant is not finite.

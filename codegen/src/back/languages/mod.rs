@@ -1,10 +1,10 @@
 //! Rust and other languages from expressions: one function per kernel, one named intermediate per
 //! shared operation.
 //!
-//! The languages agree in how sums, products and parentheses are written, so that one writer serves
-//! them all; a [`Dialect`] has the rest. Powers are products, and the order of all operations is that
-//! of the graph: the same kernels give the same bytes in each language, and up to the last bits of
-//! sines and cosines the same values.
+//! All languages write sums, products and parentheses alike, so that one writer serves them; a
+//! [`Dialect`] has the rest. Powers are products, and operations have the order of the graph. The
+//! same kernels give the same bytes in each language. Values of different languages agree up to the
+//! last bits of sines and cosines.
 //!
 //! Names of kernels, inputs, elements and outputs are written as they are. A name that the language
 //! or the emitted source needs for itself is an error; intermediates take none of them.
@@ -20,14 +20,14 @@ use crate::ir::writer::Writer;
 
 pub mod rust;
 
-/// What languages write differently.
+/// Notation that differs between languages.
 pub trait Dialect {
     /// A number: in double precision, with a decimal point or an exponent.
     fn number(&self, value: Constant) -> String {
         format!("{:?}", value.value())
     }
 
-    /// Words that are no names: keywords, and what the emitted source uses itself.
+    /// Words that cannot be names: keywords, and identifiers of the emitted source.
     const RESERVED: &'static str;
 
     /// The name of a function, given as in the exchange format.
@@ -35,7 +35,7 @@ pub trait Dialect {
         function
     }
 
-    /// How strongly the operands of a comparison must hold together.
+    /// Binding strength that the operands of a comparison need.
     const COMPARED: u8 = QUOTIENT;
 
     /// Path of the functions, before their names.
@@ -121,8 +121,8 @@ pub fn check_names(kernels: &[Kernel], reserved: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// The names that can be variables of the function of `kernel`: arguments that are structures, the
-/// inputs that are none of these, and elements. One element may be called like its input.
+/// The names that can be variables of the function of `kernel`: structures, inputs outside of them,
+/// and elements. A single element may have the name of its input.
 fn variables_of(kernel: &Kernel) -> impl Iterator<Item = (&str, &'static str)> {
     let mut structures: Vec<(&str, &str)> = Vec::new();
     for place in kernel
@@ -155,8 +155,8 @@ fn variables_of(kernel: &Kernel) -> impl Iterator<Item = (&str, &'static str)> {
     structures.chain(inputs)
 }
 
-/// The names of intermediates: those that the graph has, those of outputs with their indices, and
-/// `t0`, `t1`, … for the others. None of them is taken twice.
+/// Unique names of intermediates: those in the graph, outputs with their indices, and `t0`, `t1`, …
+/// for the others.
 struct Intermediates<'a> {
     graph: &'a Graph,
     outputs: BTreeMap<NodeId, String>,
@@ -241,7 +241,7 @@ impl<D: Dialect> Notation for Program<'_, D> {
         Written::new(text, PRODUCT)
     }
 
-    /// As a product.
+    /// Writes a product.
     fn raised(&self, base: &str, exponent: i32) -> Written {
         let product = vec![base; exponent.unsigned_abs() as usize].join(" * ");
         let one = self.number(Constant::from(1));
@@ -280,8 +280,8 @@ impl<D: Dialect> Notation for Program<'_, D> {
     }
 }
 
-/// Expressions deeper than this are cut by an intermediate, for the reader and for the parser's
-/// stack.
+/// Maximum depth of an expression. An intermediate cuts deeper ones, for the reader and for the
+/// parser's stack.
 const MAX_DEPTH: usize = 6;
 
 /// Counts how often each node is an operand or an output of `kernel`, by index.
@@ -315,9 +315,8 @@ fn check_nodes(kernel: &Kernel, order: &[NodeId]) -> Result<(), String> {
     Ok(())
 }
 
-/// The nodes that get a variable, operands before users: what is used more than once, the base of a
-/// power, which a product repeats, and where a deep expression is cut. A constant is as short as a
-/// name.
+/// The nodes that get a variable, operands before users: nodes used more than once, bases of
+/// powers, which products repeat, and cuts of deep expressions. A constant is as short as a name.
 fn intermediates(kernel: &Kernel, order: &[NodeId], uses: &[usize]) -> Vec<NodeId> {
     let graph = &kernel.graph;
     let mut is_base = vec![false; uses.len()];
@@ -343,10 +342,9 @@ fn intermediates(kernel: &Kernel, order: &[NodeId], uses: &[usize]) -> Vec<NodeI
 
 /// The body of a function up to its result.
 pub struct FunctionBody {
-    /// The statements that take the elements that are used out of the inputs, and compute the
-    /// intermediates.
+    /// Statements that read the used elements of the inputs and compute the intermediates.
     pub statements: String,
-    /// The inputs of which nothing is used.
+    /// Inputs without a used element.
     pub unused: Vec<String>,
     /// The expressions of the outputs, by their nodes.
     results: BTreeMap<NodeId, String>,

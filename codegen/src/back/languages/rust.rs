@@ -1,8 +1,8 @@
 //! Rust: generic over the scalar type, so that one source serves single values and several at once,
 //! or on `f64`.
 //!
-//! Kernels whose results have the same fields share one type, whatever the sizes of these are: what
-//! uses the functions can be generic in the sizes. Inputs of a [`Group`] are one argument.
+//! Kernels whose results have the same fields share one type, whatever the sizes of the fields, so
+//! that callers can be generic in the sizes. Inputs of a [`Group`] are one argument.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -17,7 +17,7 @@ use crate::ir::kernel::{Group, Input, Kernel, Output, Shape};
 use crate::ir::naming::camel_case;
 use crate::ir::notation::SUM;
 
-/// A function of more operations than this is not marked to be inlined.
+/// Number of operations from which a function is not marked to be inlined.
 const MAX_INLINED_OPERATIONS: usize = 1000;
 
 /// The scalar type of emitted Rust.
@@ -25,8 +25,8 @@ const MAX_INLINED_OPERATIONS: usize = 1000;
 pub enum Scalar {
     /// Any type with the trait `Real`, as Bristle's runtime defines it, which must be in scope.
     Generic,
-    /// `f64`. What uses the derivative of an order of `S` needs a function
-    /// `half_angle_squared(order: u8, u: f64) -> f64` in scope.
+    /// `f64`. Derivatives of `S` need a function `half_angle_squared(order: u8, u: f64) -> f64` in
+    /// scope.
     Double,
 }
 
@@ -48,27 +48,27 @@ impl Scalar {
         }
     }
 
-    /// The attribute of an item. A file of its own may hold more than its user calls.
+    /// The attribute of an item. A program may call only a part of a file on `f64`.
     fn attribute(self) -> Option<TokenStream> {
         (self == Self::Double).then(|| quote!(#[allow(dead_code)]))
     }
 }
 
-/// The formatted Rust source of `kernels`, generic over the scalar type, below a header that states
-/// its `origin`.
+/// Emits `kernels` as formatted Rust, generic over the scalar type, below a header that states the
+/// `origin`.
 ///
-/// The same kernels give the same bytes. The source expects a trait `Real` in scope, as Bristle's
-/// runtime defines it.
+/// Equal kernels give equal bytes. The source expects a trait `Real` in scope, as Bristle's runtime
+/// defines it.
 ///
 /// # Errors
 /// The kernel that cannot be written, and why.
 pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, String> {
-    // First, because an error here names the kernel.
+    // Items come first, because their errors name the kernel.
     let items = items(kernels, Scalar::Generic)?;
     Ok(header(kernels, origin, "//")? + &items)
 }
 
-/// Structures and functions of `kernels`, each after an empty line.
+/// Writes structures and functions of `kernels`, each after an empty line.
 ///
 /// # Errors
 /// The kernel that cannot be written, and why.
@@ -135,7 +135,7 @@ fn unparsable(error: impl Display) -> String {
     format!("the emitted code does not parse: {error}")
 }
 
-/// `tokens` as formatted source.
+/// Formats `tokens` as source.
 fn format(tokens: TokenStream) -> Result<String, String> {
     let file = syn::parse2(tokens).map_err(unparsable)?;
     Ok(prettyplease::unparse(&file))
@@ -230,8 +230,8 @@ fn arguments(kernel: &Kernel) -> Result<Vec<Argument<'_>>, String> {
     Ok(arguments)
 }
 
-/// A scalar is named as the element that it is, because the names of elements differ from each
-/// other and from those of arrays.
+/// The name of a parameter. A scalar is named like its element, because names of elements differ
+/// from each other and from those of arrays.
 fn parameter_name(input: &Input) -> &str {
     match &input.elements[..] {
         [(element, _)] => element,
@@ -254,12 +254,12 @@ struct Structure {
     /// The sizes of all fields as they are declared: a number where all uses agree, else a
     /// parameter.
     sizes: Vec<TokenStream>,
-    /// Where each parameter stands first among them.
+    /// First place of each parameter among the sizes.
     parameters: Vec<usize>,
 }
 
 impl Structure {
-    /// For these `uses`, each with the sizes of all fields.
+    /// The structure of these `uses`, each with the sizes of all fields.
     fn new(name: String, scalar: Scalar, uses: &[Vec<usize>]) -> Self {
         let (mut sizes, mut parameters) = (Vec::new(), Vec::new());
         for (place, &size) in uses[0].iter().enumerate() {
@@ -328,7 +328,8 @@ impl Structure {
     }
 }
 
-/// `D` for coordinates and `S` for dimensions of space, as the recursions name them; others follow.
+/// Names a size: `D` for coordinates, `S` for dimensions of space, as in the recursions; others
+/// follow.
 fn size_name(number: usize) -> Ident {
     ["D", "S"].get(number).map_or_else(
         || format_ident!("S{number}"),
@@ -354,7 +355,7 @@ fn result_sizes(kernel: &Kernel) -> Vec<usize> {
         .collect()
 }
 
-/// What the output of this number is in each of the `kernels`.
+/// Describes the output of this number in each of the `kernels`.
 fn description(kernels: &[&Kernel], number: usize) -> String {
     let mut texts: Vec<String> = Vec::new();
     for kernel in kernels {
@@ -367,7 +368,8 @@ fn description(kernels: &[&Kernel], number: usize) -> String {
     texts.join("; ")
 }
 
-/// Words that are no names: keywords, what the source uses itself, and what no variable may shadow.
+/// Words that cannot be names: keywords, identifiers of the source, and those that no variable may
+/// shadow.
 const RESERVED: &str = "\
     as break const continue crate else enum extern false fn for if impl in let loop match mod \
     move mut pub ref return self Self static struct super trait true type unsafe use where while \
@@ -385,7 +387,7 @@ impl Dialect for Rust<'_> {
         if function == "pow" { "powf" } else { function }
     }
 
-    // They are arguments.
+    // The operands are arguments.
     const COMPARED: u8 = SUM;
     const RESERVED: &'static str = RESERVED;
 
@@ -500,11 +502,11 @@ fn value(output: &Output, body: &FunctionBody) -> String {
     format!("{}: {value}, ", output.name)
 }
 
-/// How many statements are formatted at a time: their syntax trees are a hundred times larger than
+/// Number of statements formatted at a time: their syntax trees are a hundred times larger than
 /// their text.
 const STATEMENTS_AT_A_TIME: usize = 4096;
 
-/// Statements, one a line, as the lines of a function's body.
+/// Formats statements, one a line, as the lines of a function's body.
 fn format_statements(statements: &str) -> Result<String, String> {
     let lines: Vec<&str> = statements.lines().collect();
     let mut text = String::new();

@@ -9,12 +9,11 @@ use super::{
     SourceFile, describe, documentation, header_in, series_filled, uses_half_angle_squared,
 };
 
-/// The names of both files, without their extensions, and what stands before the names of
-/// functions.
+/// Name of both files, without their extensions, and prefix of the names of functions.
 const NAME: &str = "bristle_chain";
 const PREFIX: &str = "bristle_";
 
-/// Keywords of C and, because the header serves it too, of C++; macros; what the functions use.
+/// Keywords of C and, because the header serves it too, of C++; macros; names in the functions.
 const RESERVED: &str = "\
     auto break case char const continue default do double else enum extern float for goto if \
     inline int long register restrict return short signed sizeof static struct switch typedef \
@@ -48,7 +47,7 @@ impl Dialect for C {
     }
 }
 
-/// The C source of `kernels`: `bristle_chain.h` and `bristle_chain.c`.
+/// Writes the C source of `kernels`: `bristle_chain.h` and `bristle_chain.c`.
 ///
 /// Each kernel is a function that writes its one output, or the fields of a structure, through its
 /// last argument.
@@ -102,7 +101,7 @@ fn dimensions(shape: Shape) -> String {
         .collect()
 }
 
-/// The structure of several outputs; nothing for a single one.
+/// The structure of several outputs; empty for a single one.
 fn structure(kernel: &Kernel) -> String {
     if kernel.outputs.len() == 1 {
         return String::new();

@@ -6,7 +6,7 @@ use bristle_codegen::ir::kernel::{Kernel, Output, Shape};
 
 use super::{SourceFile, documentation, header_in, series_filled, uses_half_angle_squared};
 
-/// Keywords of MATLAB and Octave, and what the functions use.
+/// Keywords of MATLAB and Octave, and names that the functions use.
 const RESERVED: &str = "\
     arguments break case catch classdef continue do else elseif end end_try_catch \
     end_unwind_protect endfor endfunction endif endparfor endswitch endwhile \
@@ -40,8 +40,8 @@ impl Dialect for Matlab {
     }
 }
 
-/// The MATLAB source of `kernels`: a file with the name of each kernel, and `half_angle_squared.m`
-/// if they need it.
+/// Writes the MATLAB source of `kernels`: a file with the name of each kernel, and
+/// `half_angle_squared.m` if they need it.
 ///
 /// A function returns its one output, or a structure of its outputs. Vectors are columns.
 ///

@@ -1,4 +1,4 @@
-//! C, MATLAB, NumPy, SymPy and Rust on `f64` from expressions, by the writer that emits the kernels.
+//! C, MATLAB, NumPy, SymPy and Rust on `f64`, written as the kernels are.
 
 use bristle_codegen::back::source::{Origin, header};
 use bristle_codegen::ir::graph::Node;
@@ -28,11 +28,11 @@ pub mod sympy;
 pub struct SourceFile {
     /// Its name, without a directory.
     pub name: String,
-    /// What is in it.
+    /// Its content.
     pub text: String,
 }
 
-/// What an output is, with its shape and its unit.
+/// Describes an output with its shape and its unit.
 fn describe(output: &Output) -> String {
     let shape = match output.shape {
         Shape::Scalar | Shape::Matrix(..) => String::new(),
@@ -41,7 +41,7 @@ fn describe(output: &Output) -> String {
     format!("{}{shape}{}", output.doc, output.in_unit())
 }
 
-/// What an input is, with its size.
+/// Describes an input with its size.
 fn describe_input(input: &Input) -> String {
     match input.elements.len() {
         1 => input.doc.clone(),
@@ -49,7 +49,7 @@ fn describe_input(input: &Input) -> String {
     }
 }
 
-/// The text of a kernel for people: what it computes, of what.
+/// The text of a kernel for people: purpose, inputs and results.
 fn documentation(kernel: &Kernel) -> String {
     let mut text = kernel.summary.clone() + "\n\n";
     for input in &kernel.inputs {
@@ -65,7 +65,7 @@ fn documentation(kernel: &Kernel) -> String {
     text
 }
 
-/// Whether a kernel needs `S`.
+/// `true` if a kernel needs `S`.
 fn uses_half_angle_squared(kernels: &[Kernel]) -> bool {
     let is_it = |kernel: &Kernel, id| matches!(kernel.graph.node(id), Node::HalfAngleSquared(..));
     kernels
@@ -90,7 +90,7 @@ fn series_rows(open: &str, close: &str, after: &str) -> String {
         .join(after)
 }
 
-/// A template of `S` and its derivatives with the numbers of its power series.
+/// Fills the numbers of its power series into a template of `S` and its derivatives.
 fn series_filled(template: &str, open: &str, close: &str, after: &str) -> String {
     template
         .replace("@ROWS@", &series_rows(open, close, after))

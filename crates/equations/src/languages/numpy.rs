@@ -51,10 +51,10 @@ const STACK: &str = "\n\ndef _array(shape, elements):\n    \
                      stacked = np.stack(np.broadcast_arrays(*elements), axis=-1)\n    \
                      return stacked.reshape(stacked.shape[:-1] + shape)\n";
 
-/// The Python source of `kernels`: one module.
+/// Writes the Python source of `kernels`: one module.
 ///
-/// Arrays may have any leading axes, over which the functions broadcast: a batch of states is
-/// evaluated in one call.
+/// Arrays may have any leading axes, over which the functions broadcast: one call evaluates a batch
+/// of states.
 ///
 /// # Errors
 /// The kernel that cannot be written, and why.
@@ -97,7 +97,7 @@ pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, String> {
     Ok(text)
 }
 
-/// The class of the result, if it has several fields, and the expression that makes it.
+/// The class of a result with several fields, and the expression of the result.
 fn result(kernel: &Kernel, body: &FunctionBody) -> (String, String) {
     let value = |output: &Output| {
         let elements = body.values(output).join(", ");

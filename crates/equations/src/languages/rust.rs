@@ -7,7 +7,8 @@ use bristle_codegen::ir::special;
 
 use super::{header_in, series_filled, uses_half_angle_squared};
 
-/// The Rust source of `kernels` for users of the solver, generic over its trait `Real`: one module.
+/// Writes the Rust source of `kernels` for users of the solver, generic over its trait `Real`: one
+/// module.
 ///
 /// # Errors
 /// The kernel that cannot be written, and why.
@@ -16,7 +17,7 @@ pub fn emit_generic(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, St
     Ok(header(kernels, origin, "//")? + "\nuse bristle::equations::Real;\n" + &items)
 }
 
-/// The Rust source of `kernels` on `f64`: one module.
+/// Writes the Rust source of `kernels` on `f64`: one module.
 ///
 /// # Errors
 /// The kernel that cannot be written, and why.

@@ -26,7 +26,7 @@ impl Dialect for SymPy {
         }
     }
 
-    /// Exact, so that SymPy can simplify.
+    /// Writes exactly, so that SymPy can simplify.
     fn number(&self, value: Constant) -> String {
         match value {
             _ if value.value().is_sign_negative() => format!("-{}", self.number(-value)),
@@ -68,7 +68,7 @@ def _half_angle_squared(order, u, closed_form):
     return at_zero * hyper([k, k], [k + Rational(1, 2)], u / 2)
 "#;
 
-/// The Python source of `kernels`: one module.
+/// Writes the Python source of `kernels`: one module.
 ///
 /// Each kernel is a function without required arguments that returns matrices in symbols with the
 /// names of the inputs' elements.

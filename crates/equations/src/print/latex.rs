@@ -1,7 +1,7 @@
 //! LaTeX from the notation of the model: names, formulas and sentences, in ASCII.
 //!
-//! The input is Unicode, which may come from a file. The output is LaTeX that typesets it and does
-//! nothing else.
+//! The input is Unicode, which may come from a file. The output is LaTeX that typesets the input
+//! and does nothing else.
 
 use bristle_codegen::ir::constant::Constant;
 use bristle_codegen::ir::notation::{
@@ -10,30 +10,30 @@ use bristle_codegen::ir::notation::{
 
 use crate::print::printer::Layout;
 
-/// Accents, as combining marks, each with its command behind it.
+/// Accents, as combining marks, each followed by its command.
 const ACCENTS: &str = "\u{307}\\dot \u{308}\\ddot \u{20db}\\dddot \u{302}\\hat \u{303}\\tilde \u{304}\\bar \u{305}\\bar \u{20d7}\\vec";
 
-/// Letters that Unicode has with their dots, as letter and dotted letter.
+/// Letters followed by their dotted form in Unicode.
 const DOTTED: &str = "aȧbḃcċdḋeėfḟgġhḣmṁnṅoȯpṗrṙsṡtṫwẇxẋyẏzżAȦBḂCĊDḊEĖFḞGĠHḢMṀNṄOȮPṖRṘSṠTṪWẆXẊYẎZŻ";
 const TWICE_DOTTED: &str = "aäeëhḧiïoötẗuüwẅxẍyÿAÄEËHḦIÏOÖUÜWẄXẌYŸ";
-/// Letters with a bar, each behind the one that it is made of.
+/// Letters followed by their form with a bar.
 const BARRED: &str = "eē";
 
-/// Letters, each with its command behind it.
+/// Letters, each followed by its command.
 const GREEK: &str = r"
     α\alpha β\beta γ\gamma δ\delta ε\varepsilon ζ\zeta η\eta θ\theta ϑ\vartheta ι\iota κ\kappa λ\lambda μ\mu µ\mu
     ν\nu ξ\xi π\pi ρ\rho σ\sigma ς\varsigma τ\tau υ\upsilon φ\varphi ϕ\phi χ\chi ψ\psi ω\omega Γ\Gamma Δ\Delta
     Θ\Theta Λ\Lambda Ξ\Xi Π\Pi Σ\sum Φ\Phi Ψ\Psi Ω\Omega
 ";
 
-/// Signs, each with its command behind it. The dollar has none: Markdown ends a formula at any.
+/// Signs, each followed by its command. The dollar has none: Markdown ends a formula at any.
 const SIGNS: &str = r"
     ∂\partial −- ·\cdot ×\times …\dots √\surd ∈\in ≤\leq ≥\geq ≠\neq →\to ∞\infty ½\tfrac{1}{2} ¼\tfrac{1}{4}
     ¾\tfrac{3}{4} ⅓\tfrac{1}{3} ⅔\tfrac{2}{3} ⅛\tfrac{1}{8} #\text{\#} $\text{U+0024} %\text{\%} &\text{\&} ~\sim
     ^\wedge \\backslash |\vert
 ";
 
-/// Raised characters, and what they are on the line.
+/// Raised characters, and their forms on the line.
 const RAISED: [&str; 2] = ["⁰¹²³⁴⁵⁶⁷⁸⁹⁻ᵀ", "0123456789-T"];
 
 const FUNCTIONS: [&str; 9] = [
@@ -46,7 +46,7 @@ fn find(table: &'static str, character: char) -> Option<&'static str> {
         .find_map(|entry| entry.strip_prefix(character))
 }
 
-/// What a raised character is on the line.
+/// The form on the line of a raised character.
 fn lowered(character: char) -> Option<char> {
     let [raised, lowered] = RAISED.map(str::chars);
     raised
@@ -55,7 +55,7 @@ fn lowered(character: char) -> Option<char> {
         .map(|(_, lowered)| lowered)
 }
 
-/// Letters that carry their dots or bar as letter and combining mark.
+/// Splits letters that carry dots or a bar into letter and combining mark.
 fn decomposed(text: &str) -> Vec<char> {
     let tables = [
         (DOTTED, '\u{307}'),
@@ -63,7 +63,7 @@ fn decomposed(text: &str) -> Vec<char> {
         (BARRED, '\u{304}'),
     ];
     let split = |letter: char| {
-        // Each is behind the letter that it is made of, which is one of ASCII.
+        // Each follows its plain letter, which is ASCII.
         let mut tables = tables.iter().filter(|_| !letter.is_ascii());
         tables.find_map(|(table, mark)| {
             Some([table.split_once(letter)?.0.chars().next_back()?, *mark])
@@ -83,7 +83,7 @@ fn accent(character: char) -> Option<&'static str> {
     find(ACCENTS, character)
 }
 
-/// True for a combining mark above its letter.
+/// `true` for a combining mark above its letter.
 pub(super) fn is_accent(character: char) -> bool {
     accent(character).is_some()
 }
@@ -97,7 +97,7 @@ fn primes(character: char) -> Option<usize> {
     }
 }
 
-/// One character in a formula.
+/// Writes one character of a formula.
 fn character(character: char) -> String {
     if let Some(command) = find(GREEK, character).or_else(|| find(SIGNS, character)) {
         return command.into();
@@ -113,7 +113,7 @@ fn character(character: char) -> String {
     }
 }
 
-/// Appends `token`, with a space where it would run into a command before it.
+/// Appends `token`, after a space where it would continue the name of a command.
 fn push(text: &mut String, token: &str) {
     let command = text.rfind('\\').is_some_and(|start| {
         let name = &text[start + 1..];
@@ -125,8 +125,8 @@ fn push(text: &mut String, token: &str) {
     text.push_str(token);
 }
 
-/// A name of the model: a letter (or a word) with its accents, the rest as subscript. `φ̇1` becomes
-/// `\dot\varphi_{1}`.
+/// Writes a name of the model: a letter (or a word) with its accents, the rest as subscript. `φ̇1`
+/// becomes `\dot\varphi_{1}`.
 pub(super) fn symbol(notation: &str) -> String {
     let characters = decomposed(notation);
     let run = characters
@@ -209,7 +209,7 @@ pub(super) fn symbol(notation: &str) -> String {
     head + &"'".repeat(prime_count)
 }
 
-/// A formula in the notation of the model, such as `p = m ẍ + C q̈`.
+/// Writes a formula in the notation of the model, such as `p = m ẍ + C q̈`.
 pub(super) fn formula(text: &str) -> String {
     let characters = decomposed(text);
     let mut result = String::new();
@@ -270,7 +270,7 @@ pub(super) fn formula(text: &str) -> String {
     result.trim().into()
 }
 
-/// Words as text; what is not ASCII becomes a formula.
+/// Writes words; what is not ASCII becomes a formula.
 pub(super) fn words(text: &str) -> String {
     let characters = decomposed(text);
     let mut result = String::new();
@@ -317,16 +317,16 @@ pub(super) fn words(text: &str) -> String {
         .replace('\u{0}', "")
 }
 
-/// The width of a formula on a line in Computer Modern, in thousandths of an em. An estimate, more
-/// often too large than too small.
+/// Estimates the width of a formula on a line in Computer Modern, in thousandths of an em. The
+/// estimate is more often too large than too small.
 pub(super) fn width(formula: &str) -> usize {
-    /// Sizes of type: of the line, of its scripts and of theirs, whose letters are wider for their
+    /// Sizes of type of the line, of its scripts and of theirs, whose letters are wider for their
     /// height.
     const SIZES: [usize; 3] = [1000, 800, 680];
     let mut levels = vec![0];
     let mut total = 0;
     let mut characters = formula.chars().peekable();
-    // Groups that follow in a smaller size.
+    // Number of groups to follow in a smaller size.
     let mut smaller = 0;
     while let Some(letter) = characters.next() {
         let level: usize = levels.last().copied().unwrap_or(0);
@@ -385,8 +385,8 @@ pub(super) fn width(formula: &str) -> usize {
 /// Formulas of LaTeX, in ASCII.
 pub(super) struct Latex;
 
-/// Widest numerator, denominator or radicand, in thousandths of an em: LaTeX breaks no line inside
-/// them.
+/// Maximum width of a numerator, denominator or radicand, in thousandths of an em: LaTeX breaks no
+/// line inside them.
 const MAX_FRACTION: usize = 12_000;
 
 impl Notation for Latex {
@@ -411,7 +411,7 @@ impl Notation for Latex {
         symbol(notation)
     }
 
-    /// A fraction where it is narrow enough.
+    /// Writes a fraction where it is narrow enough.
     fn quotient(&self, above: Written, below: Written) -> Written {
         let is_narrow = |part: &Written| self.width(&part.text) <= MAX_FRACTION;
         if is_narrow(&above) && is_narrow(&below) {
@@ -480,7 +480,7 @@ impl Layout for Latex {
 mod tests {
     use super::*;
 
-    /// Widths of boxes in pdfTeX, in thousandths of an em of 10 pt.
+    /// Compares with boxes of pdfTeX, in thousandths of an em of 10 pt.
     #[test]
     fn widths_are_those_of_tex_or_somewhat_larger() {
         for (formula, set) in [

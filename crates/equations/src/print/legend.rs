@@ -1,4 +1,4 @@
-//! What the symbols mean: one table for all pages.
+//! Meanings of the symbols: one table for all pages.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ pub(super) struct Row {
     pub symbols: Vec<String>,
     /// A sentence, with formulas between backticks.
     pub meaning: String,
-    /// The unit; none where the row explains a function.
+    /// The unit; `None` where the row explains a function.
     pub unit: Option<String>,
 }
 
@@ -99,10 +99,10 @@ const FAMILIES: [(&str, &str); 36] = [
     ("rate_weight", "weight of a time step: `δq̇ = w_v δq̈`"),
 ];
 
-/// Endings of names that say which segment or axis a symbol belongs to.
+/// Endings of names that state the segment or axis of a symbol.
 const LABELS: [&str; 6] = ["x", "y", "z", "k", "previous", "next"];
 
-/// Of a family with more symbols than this, only the first two and the last are shown.
+/// Maximum symbols of a family that are all shown; of more, the first two and the last.
 const MAX_SHOWN: usize = 6;
 
 /// The entry of a symbol in [`FAMILIES`].
@@ -119,8 +119,8 @@ fn family(name: &str) -> Option<usize> {
     })
 }
 
-/// The rows for everything that the nodes of `graphs` need, in the order of the table. Symbols
-/// without an entry follow, under their own names, then functions.
+/// The rows for all nodes that `graphs` need, in the order of the table. Symbols without an entry
+/// follow, under their own names, then functions.
 pub(super) fn rows<'a>(graphs: impl IntoIterator<Item = (&'a Graph, Vec<NodeId>)>) -> Vec<Row> {
     let mut known: BTreeMap<usize, (Vec<String>, Unit)> = BTreeMap::new();
     let mut others: Vec<Row> = Vec::new();
@@ -140,7 +140,7 @@ pub(super) fn rows<'a>(graphs: impl IntoIterator<Item = (&'a Graph, Vec<NodeId>)
             .into_iter()
             .map(|symbol| &graph.symbols()[symbol.index()])
         {
-            // In another unit it is another quantity with a known name.
+            // A known name with another unit is another quantity.
             let entry = family(&symbol.name)
                 .map(|family| {
                     known
@@ -235,7 +235,7 @@ mod tests {
     fn other_symbols_are_listed_by_their_own_names() {
         let mut graph = Graph::raw();
         let stretch = graph.symbol("stretch", "λ", Unit::ONE);
-        // A known name in another unit is another quantity than that of the table.
+        // A known name with another unit is a quantity outside the table.
         let gravity = graph.symbol("gravity_x", "gx", Unit::METRE.per(Unit::SECOND.powi(2)));
         let other = graph.symbol("gravity_y", "gy", Unit::ONE);
         let less = graph.less_than(stretch, other);

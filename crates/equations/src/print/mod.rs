@@ -2,9 +2,9 @@
 //! Markdown.
 //!
 //! A page has a legend of the symbols and a definition of each output. The whole equations for
-//! reading are sums of products and are written in closed form. Other expressions can be deep and
-//! share much: what is used more than once, or nested too deeply, gets a name, so that the printer
-//! never recurses far.
+//! reading are sums of products in closed form. Other expressions can be deep and share much. Nodes
+//! that are used more than once, or nested too deeply, get a name, so that the printer never
+//! recurses far.
 
 use std::io::{self, Write};
 
@@ -26,10 +26,10 @@ pub use crate::print::page::PageForm;
 pub use crate::print::walkthrough::Walkthrough;
 pub use crate::print::wording::title;
 
-/// The equations of `motion` of a chain of `segments` segments.
+/// Writes the equations of `motion` of a chain of `segments` segments.
 ///
-/// `kernels` are those of [`whole_kernels`](bristle_codegen::model::whole::whole_kernels) for reading, of
-/// `shape`.
+/// `kernels` are those of [`whole_kernels`](bristle_codegen::model::whole::whole_kernels) for
+/// reading, of `shape`.
 ///
 /// # Errors
 /// If `out` cannot be written to.
@@ -83,7 +83,7 @@ pub fn equations(
     page.finish()
 }
 
-/// Any kernels, with a name for each intermediate that is shared or deep.
+/// Writes any kernels, with a name for each intermediate that is shared or deep.
 ///
 /// # Errors
 /// If `out` cannot be written to.

@@ -1,7 +1,7 @@
 //! Pages of definitions: text, a LaTeX document, or Markdown with formulas as GitHub shows them.
 //!
-//! Sentences hold formulas between backticks, as doc comments do. Everything else in them is taken
-//! literally.
+//! Sentences hold formulas between backticks, as doc comments do. The rest of a sentence is literal
+//! text.
 
 use std::io::{self, Write};
 
@@ -11,7 +11,7 @@ use crate::print::printer::Layout;
 use bristle_codegen::back::source::{Origin, comment};
 use bristle_codegen::ir::notation::Text;
 
-/// What a page is written in.
+/// Language of a page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PageForm {
     /// Plain text.
@@ -35,8 +35,8 @@ pub(super) struct Definition {
     pub body: String,
 }
 
-/// Maximum width of a line, where a sum can be broken: in characters, including what precedes the
-/// sum, and in thousandths of an em, without it.
+/// Maximum width of a line, where a sum can be broken: in characters, including the start of the
+/// line before the sum, and in thousandths of an em, without it.
 const TEXT_WIDTH: usize = 110;
 const FORMULA_WIDTH: usize = 38_000;
 /// Width of an equality sign with its spaces, in thousandths of an em.
@@ -50,20 +50,20 @@ const MARKDOWN_LINES: usize = 10;
 /// Columns between symbol and meaning of a legend in text.
 const LEGEND_INDENT: usize = 20;
 
-/// A page that goes to `out` as it is written, so that it never is in memory as a whole.
+/// A page that goes to `out` while it is written, so that it never is in memory as a whole.
 pub(super) struct Page<'w> {
     form: PageForm,
     out: &'w mut dyn Write,
-    /// What labels begin with.
+    /// Prefix of labels.
     subject: String,
-    /// Width that the names before equality signs take, in thousandths of an em.
+    /// Width of the names before equality signs, in thousandths of an em.
     head_width: usize,
     /// The first error of `out`; nothing is written after it.
     result: io::Result<()>,
 }
 
 impl<'w> Page<'w> {
-    /// An empty page, with a comment that states its `origin` unless it is text.
+    /// Begins a page, with a comment that states its `origin` unless it is text.
     pub fn new(out: &'w mut dyn Write, form: PageForm, origin: Origin<'_>) -> Self {
         let Origin {
             title,
@@ -127,8 +127,8 @@ impl<'w> Page<'w> {
         }
     }
 
-    /// Begins the definitions of a kernel, whose name is in their labels. What they define takes up
-    /// to `head_width`.
+    /// Begins the definitions of a kernel, whose name is in their labels. The defined names are at
+    /// most `head_width` wide.
     pub fn begin(&mut self, kernel: &str, head_width: usize) {
         self.subject = label(kernel);
         self.head_width = head_width;
@@ -141,8 +141,8 @@ impl<'w> Page<'w> {
         matches!(self.form, PageForm::Fragment { .. })
     }
 
-    /// Room for the definition of a vector or a matrix as a whole, without the equality sign; none
-    /// where the elements alone are shown.
+    /// Maximum width of the definition of a vector or a matrix as a whole, without the equality
+    /// sign; `None` where the page shows elements only.
     pub fn matrix_width(&self) -> Option<usize> {
         match self.form {
             PageForm::Fragment { width } => Some(width.saturating_sub(EQUALITY_WIDTH)),
@@ -152,7 +152,7 @@ impl<'w> Page<'w> {
 
     pub fn heading(&mut self, title: &str) {
         let text = match self.form {
-            // Its first paragraph follows without an empty line.
+            // The first paragraph follows without an empty line.
             PageForm::Text => format!("\n{title}"),
             PageForm::Latex => format!("\n\\subsection*{{{}}}\n", latex::words(title)),
             PageForm::Fragment { .. } => return,
@@ -161,7 +161,7 @@ impl<'w> Page<'w> {
         self.write(&text);
     }
 
-    /// A paragraph.
+    /// Writes a paragraph.
     pub fn prose(&mut self, sentences: &str) {
         if self.is_fragment() {
             return;
@@ -170,7 +170,7 @@ impl<'w> Page<'w> {
         self.write(&text);
     }
 
-    /// A line above the definitions that it introduces.
+    /// Writes a line above the definitions that it introduces.
     pub fn item(&mut self, sentence: &str) {
         let sentence = self.sentences(sentence);
         let text = match self.form {
@@ -184,7 +184,7 @@ impl<'w> Page<'w> {
     fn sentences(&self, text: &str) -> String {
         let parts: Vec<&str> = text.split('`').collect();
         if parts.len().is_multiple_of(2) {
-            // The backticks are not paired, as they are in a doc comment.
+            // The backticks are not paired, unlike those of a doc comment.
             return self.words(text);
         }
         let mut result = String::new();
@@ -237,8 +237,8 @@ impl<'w> Page<'w> {
         }
     }
 
-    /// Formulas one below the other, aligned at their equality signs. Each is asked for once those
-    /// before it are written.
+    /// Writes formulas one below the other, aligned at their equality signs. Each is taken after
+    /// those before it are written.
     pub fn definitions(&mut self, definitions: impl IntoIterator<Item = Definition>) {
         if self.form == PageForm::Text {
             for Definition { head, body } in definitions {
@@ -292,7 +292,7 @@ impl<'w> Page<'w> {
         }
     }
 
-    /// A vector or a matrix by its elements, which LaTeX does not break.
+    /// Writes a vector or a matrix by its elements, which LaTeX does not break.
     pub fn whole(&mut self, Definition { head, body }: Definition) {
         let line = format!("{head} &= {body}{}", self.label(&head));
         self.display(&[line]);
@@ -324,7 +324,7 @@ impl<'w> Page<'w> {
                 "\\begin{{align*}}\n{}\n\\end{{align*}}\n",
                 lines.join(" \\\\{}\n")
             ),
-            // Not `\\`, which Markdown may take for an escaped backslash.
+            // Markdown may take `\\` for an escaped backslash.
             PageForm::Markdown => {
                 format!(
                     "\n$$\n\\begin{{aligned}}\n{}\n\\end{{aligned}}\n$$\n",
@@ -335,7 +335,7 @@ impl<'w> Page<'w> {
         self.write(&text);
     }
 
-    /// The symbols with their meaning and unit.
+    /// Writes the symbols with their meanings and units.
     pub fn legend(&mut self, rows: &[Row]) {
         let symbols = |row: &Row| {
             let written: Vec<String> = row
@@ -373,7 +373,7 @@ impl<'w> Page<'w> {
                 );
                 for row in rows {
                     let unit = row.unit.as_deref().map(latex::words).unwrap_or_default();
-                    // Broken between the symbols, where there are many.
+                    // Many symbols need breaks between them.
                     let symbols = symbols(row).replace(", ", "$, $");
                     text.push_str(&format!(
                         "${symbols}$ & {} & {unit} \\\\\n",
@@ -400,7 +400,7 @@ impl<'w> Page<'w> {
     /// Ends the page.
     ///
     /// # Errors
-    /// The first one of writing it.
+    /// The first error of writing it.
     pub fn finish(mut self) -> io::Result<()> {
         if self.form == PageForm::Latex {
             self.write("\n\\end{document}\n");
@@ -409,7 +409,7 @@ impl<'w> Page<'w> {
     }
 }
 
-/// A name for a label: its letters and digits, with a hyphen for whatever else is between them.
+/// Makes a label of a name: its letters and digits, with a hyphen for all between them.
 fn label(name: &str) -> String {
     let letters: String = name
         .chars()
@@ -428,12 +428,12 @@ fn label(name: &str) -> String {
         .join("-")
 }
 
-/// A formula without signs that Markdown would take for HTML.
+/// Replaces signs of a formula that Markdown would take for HTML.
 fn in_markdown(formula: &str) -> String {
     formula.replace('<', "\\lt ").replace('>', "\\gt ")
 }
 
-/// Words with the signs of Markdown escaped.
+/// Escapes the signs of Markdown in words.
 fn markdown_words(text: &str) -> String {
     let mut result = String::new();
     for letter in text.chars() {
@@ -450,15 +450,15 @@ fn markdown_words(text: &str) -> String {
     result
 }
 
-/// Added to the depth of a break between factors.
+/// Depth that a break between factors has in addition.
 const FACTORS: usize = 6;
-/// The depths of brackets at which lines are broken: where they may be broken anyway, and where
-/// they are broken if a piece is too wide.
+/// The depths of brackets at which lines are broken: wherever it helps, and only if a piece is too
+/// wide.
 type Breaks = [usize; 2];
 const ANYWHERE: Breaks = [1, 12];
-/// Before signs outside all brackets, and elsewhere only if a piece is too wide.
+/// Breaks before signs outside all brackets, and elsewhere only if a piece is too wide.
 const BETWEEN_TERMS: Breaks = [0, 12];
-/// Added inside braces, where LaTeX cannot break.
+/// Depth that braces add: LaTeX cannot break inside them.
 const BRACES: usize = 100;
 
 /// A part of a formula that stays on one line, with the number of brackets around the break before
@@ -469,9 +469,9 @@ struct Piece<'a> {
     depth: usize,
 }
 
-/// `body` on lines of at most `width`. With [`ANYWHERE`] lines are broken before signs outside all
-/// brackets or in the outermost pair; deeper, or between factors, only where a piece is too wide
-/// otherwise.
+/// Breaks `body` into lines of at most `width`. With [`ANYWHERE`] lines end before signs outside
+/// all brackets or in the outermost pair; deeper, or between factors, only where a piece is too
+/// wide otherwise.
 fn lines(notation: &dyn Layout, body: &str, width: usize, breaks: Breaks) -> Vec<String> {
     let mut lines = vec![String::new()];
     let mut filled = 0;
@@ -498,8 +498,8 @@ fn lines(notation: &dyn Layout, body: &str, width: usize, breaks: Breaks) -> Vec
     lines
 }
 
-/// The pieces between breaks of at most `depth`, and of a larger depth, up to the `deepest`, where
-/// they are too wide.
+/// Groups pieces between breaks of at most `depth`, or of a larger depth, up to the `deepest`,
+/// where a group is too wide.
 fn groups<'a, 'b>(
     pieces: &'b [Piece<'a>],
     [depth, deepest]: Breaks,
@@ -523,7 +523,7 @@ fn groups<'a, 'b>(
     result
 }
 
-/// `body`, cut before each space at which it may be broken.
+/// Cuts `body` before each space at which it may be broken.
 fn pieces<'a>(notation: &dyn Layout, body: &'a str) -> Vec<Piece<'a>> {
     let mut pieces = Vec::new();
     let (mut start, mut start_depth, mut depth) = (0, 0, 0_usize);
@@ -571,7 +571,7 @@ fn pieces<'a>(notation: &dyn Layout, body: &'a str) -> Vec<Piece<'a>> {
     pieces
 }
 
-/// True for a word that ends in a LaTeX command, whose argument may follow.
+/// `true` for a word that ends in a LaTeX command, whose argument may follow.
 fn is_command(word: &str) -> bool {
     word.rfind('\\').is_some_and(|start| {
         let name = word[start + 1..].trim_end_matches(|last: char| last.is_ascii_digit());
@@ -593,7 +593,7 @@ fn is_command(word: &str) -> bool {
     })
 }
 
-/// True for a word that ends in the name of a function of a text, whose argument follows.
+/// `true` for a word that ends in the name of a function of a text, whose argument follows.
 fn is_function(word: &str) -> bool {
     let name = word
         .trim_start_matches(['(', '[', '−'])

@@ -1,5 +1,5 @@
-//! The definitions of a page: which intermediates get a name, and how each element of an output is
-//! headed.
+//! Definitions of a page: selection of the intermediates with a name, and names of the elements of
+//! outputs.
 
 use std::collections::HashSet;
 
@@ -28,9 +28,9 @@ impl Layout for Text {
     }
 }
 
-/// Expressions deeper than this are cut by a name.
+/// Maximum depth of an expression; a name cuts deeper ones.
 const MAX_DEPTH: usize = 6;
-/// Expressions of more symbols and numbers than this are cut by a name.
+/// Maximum number of symbols and numbers in an expression; a name cuts longer ones.
 const MAX_LENGTH: usize = 60;
 
 /// Writes the expressions of one graph.
@@ -40,14 +40,14 @@ pub(super) struct Printer<'a> {
     writer: Writer<'a>,
     /// The nodes that get a definition, in the order in which they are defined.
     defined: Vec<NodeId>,
-    /// By index: whether the node is an input under its name.
+    /// `true` if the node is an input under its name, by index.
     given: Vec<bool>,
     /// The motion whose coordinates are the rows and columns of all outputs, if they are.
     motion: Option<Motion>,
 }
 
 impl<'a> Printer<'a> {
-    /// Without names.
+    /// A printer without names.
     fn plain(graph: &'a Graph, notation: &'a dyn Layout) -> Self {
         let (writer, given) = (
             Writer::new(graph, notation),
@@ -63,7 +63,8 @@ impl<'a> Printer<'a> {
         }
     }
 
-    /// Whole equations of `motion` in closed form: the arguments of `S` are named, nothing else.
+    /// Creates a printer of whole equations of `motion` in closed form: only the arguments of `S`
+    /// are named.
     pub fn closed(
         graph: &'a Graph,
         outputs: &[NodeId],
@@ -82,8 +83,8 @@ impl<'a> Printer<'a> {
                 _ => None,
             })
             .collect();
-        // In the order of the joints: the outermost segment that an argument depends on identifies
-        // its joint.
+        // The order is that of the joints: the outermost segment of an argument identifies its
+        // joint.
         arguments.sort_unstable();
         arguments.dedup();
         arguments.sort_by_key(|&argument| {
@@ -102,8 +103,8 @@ impl<'a> Printer<'a> {
         printer
     }
 
-    /// With a name for each operation that is used more than once, or at which a deep or long
-    /// expression is cut.
+    /// Creates a printer with a name for each operation that is used more than once, or that cuts a
+    /// deep or long expression.
     pub fn shared(kernel: &'a Kernel, notation: &'a dyn Layout) -> Self {
         let graph = &kernel.graph;
         let mut printer = Self::plain(graph, notation);
@@ -170,12 +171,12 @@ impl<'a> Printer<'a> {
         printer
     }
 
-    /// True if `id` is an input that the page shows under its own name.
+    /// `true` if `id` is an input that the page shows under its own name.
     pub fn is_given(&self, id: NodeId) -> bool {
         self.given[id.index()]
     }
 
-    /// True for what is as good as a name: a symbol, its sine, a power of these, and with more
+    /// `true` for a node as short as a name: a symbol, its sine, a power of these, and with more
     /// `levels` the sine of a difference.
     fn is_simple(&self, id: NodeId, levels: u8) -> bool {
         let below = |operand| levels > 0 && self.is_simple(operand, levels - 1);
@@ -196,7 +197,7 @@ impl<'a> Printer<'a> {
         self.defined.iter().map(definition)
     }
 
-    /// Width of the widest name that a definition of an intermediate or an element begins with.
+    /// Width of the widest name at the start of a definition of an intermediate or an element.
     pub fn head_width(&self, outputs: &[Output]) -> usize {
         let width = |text: &str| self.notation.width(text);
         let widest = |count: usize| {
@@ -214,9 +215,9 @@ impl<'a> Printer<'a> {
             .unwrap_or(0)
     }
 
-    /// A vector or a matrix by its elements, as [`Printer::output`] names them; none if it is a
-    /// scalar, zero, or wider than `width`. If it has more rows or columns than a matrix of amsmath,
-    /// or is too wide, dots stand for all but the first ones and the last.
+    /// A vector or a matrix by its elements, as [`Printer::output`] names them; `None` if it is a
+    /// scalar, zero, or wider than `width`. Dots replace all but the first and last rows or columns
+    /// where amsmath has too few, or where the matrix is too wide.
     pub fn whole(&self, output: &Output, width: usize) -> Option<Definition> {
         /// The largest number of columns in amsmath's matrices.
         const MAX_COLUMNS: usize = 10;
@@ -357,7 +358,7 @@ impl<'a> Printer<'a> {
     }
 }
 
-/// Positions of which a list of `count` shows the first `leading` and the last, with `None` for
+/// Positions in a list of `count` that are shown: the first `leading` and the last, with `None` for
 /// those between.
 fn shown(count: usize, leading: usize) -> Vec<Option<usize>> {
     if count <= leading + 1 {

@@ -1,5 +1,5 @@
-//! From the energies to the equations of motion, step by step. The formulas are derived as the page
-//! is written.
+//! Derivation of the equations of motion from the energies, step by step. The formulas are derived
+//! as the page is written.
 
 use std::io::{self, Write};
 
@@ -29,7 +29,7 @@ struct Step {
 }
 
 impl Step {
-    /// Reduced to sums of products, collected by the constants of the model.
+    /// Reduces a step to sums of products, collected by the constants of the model.
     fn collected(
         motion: Motion,
         source: &Graph,
@@ -96,9 +96,9 @@ fn frames(motion: Motion) -> Step {
     }
 }
 
-/// The energies of one segment and one joint as the model states them.
+/// The energies of one segment and one joint in the form of the model.
 fn stated() -> Step {
-    // Without rules, which would change the order of the terms.
+    // Rules would change the order of the terms.
     let mut graph = Graph::raw();
     let g = &mut graph;
     let (body, hinge, pull) = (Body::new(g, ""), Hinge::new(g, ""), chain::gravity(g));
@@ -148,7 +148,7 @@ pub struct Walkthrough {
     energies: Step,
     momenta: Step,
     mass_matrix: Step,
-    /// The parts of the generalised force and their sum, with what introduces each.
+    /// The parts of the generalised force and their sum, each with its introduction.
     forces: [(&'static str, Step); 5],
 }
 
@@ -211,7 +211,7 @@ impl Walkthrough {
         })
     }
 
-    /// Writes it as Markdown. `maker` has made it, `again` is the command that does so.
+    /// Writes the derivation as Markdown. `maker` has made it with the command `again`.
     ///
     /// # Errors
     /// If `out` cannot be written to.

@@ -1,5 +1,5 @@
-//! `calibrated.toml`: the input file with the fitted values, their errors, and what of the errors
-//! is common to them.
+//! Text of `calibrated.toml`: the input file with the fitted values, their standard errors and
+//! their correlations.
 
 use crate::text::units::own_keys;
 use toml_edit::{Array, DocumentMut, Item, Table, Value};
@@ -7,16 +7,16 @@ use toml_edit::{Array, DocumentMut, Item, Table, Value};
 use crate::calibrate::Calibration;
 use crate::calibrate::words::estimate;
 
-/// The section of the joint uncertainty of fitted settings, and its key.
+/// Section and key of the joint uncertainty of fitted settings.
 const UNCERTAINTY: &str = "uncertainty";
 const CALIBRATION: &str = "calibration";
 
-/// The text of an input file with the values of a calibration, and with what the `options` of
-/// `--set` state. Comments and order stay. `moved` turns a path in the file into the same from the
-/// place of the new one.
+/// Returns the text of an input file with the values of a calibration and those of the `options` of
+/// `--set`. Comments and order stay. `moved` converts a path in the file to one from the place of
+/// the new file.
 ///
 /// # Errors
-/// What cannot be restated, in words.
+/// If the file or an option cannot be restated.
 pub fn calibrated(
     text: &str,
     calibration: &Calibration,
@@ -67,7 +67,7 @@ pub fn calibrated(
     Ok(document.to_string())
 }
 
-/// The joint uncertainty of the fitted settings.
+/// Returns the joint uncertainty of the fitted settings.
 fn joint(calibration: &Calibration) -> Table {
     let count = calibration.values.len();
     let numbers = |numbers: Vec<f64>| Value::Array(numbers.into_iter().collect::<Array>());
@@ -100,7 +100,7 @@ fn joint(calibration: &Calibration) -> Table {
     table
 }
 
-/// A number, with an exponent if it is small.
+/// Formats a number, with an exponent if it is small.
 fn number(value: f64) -> Value {
     let small = Some(value).filter(|value| value.abs() < 1e-6 && *value != 0.0);
     small
@@ -108,7 +108,7 @@ fn number(value: f64) -> Value {
         .unwrap_or_else(|| Value::from(value))
 }
 
-/// A value with as many digits as its error asks for, and two more.
+/// Rounds a value to as many digits as its error asks for, and two more.
 fn rounded(value: f64, error: f64) -> f64 {
     let digits = if error > 0.0 && value != 0.0 {
         (value.abs() / error).log10().floor().max(0.0) + 3.0
@@ -120,12 +120,12 @@ fn rounded(value: f64, error: f64) -> f64 {
         .unwrap_or(value)
 }
 
-/// A number with six digits.
+/// Rounds a number to six digits.
 fn significant(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }
 
-/// The table of a section, new if there is none.
+/// Returns the table of a section, new if there is none.
 fn section_of<'a>(
     document: &'a mut DocumentMut,
     section: &str,
@@ -150,7 +150,7 @@ fn remove(table: &mut dyn toml_edit::TableLike, key: &str) {
         .for_each(|written| drop(table.remove(written)));
 }
 
-/// Puts a value in the place of that of a setting.
+/// Replaces the value of a setting.
 fn replace(table: &mut dyn toml_edit::TableLike, key: &str, value: Value) {
     if let Some(item) = table.get_mut(key) {
         *item = Item::Value(value);
@@ -160,7 +160,7 @@ fn replace(table: &mut dyn toml_edit::TableLike, key: &str, value: Value) {
     table.insert(key, Item::Value(value));
 }
 
-/// States what an option states.
+/// Puts the setting of an option into the file.
 fn restate(document: &mut DocumentMut, option: &str) -> Result<(), String> {
     let refused = || {
         format!(

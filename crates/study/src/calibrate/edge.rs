@@ -1,4 +1,4 @@
-//! Radii of an edge over time, and the laws that they are fitted by (MODEL, "Removal and wear").
+//! Radii of an edge over time, and the laws by which they are fitted (MODEL, "Removal and wear").
 
 use std::f64::consts::TAU;
 
@@ -13,27 +13,27 @@ use crate::calibrate::parameters::{Fitted, PRESTON, START};
 /// The radii of an edge over time.
 #[derive(Clone, Debug)]
 pub struct Radii {
-    /// What was measured, in the order of time.
+    /// Measured radii, in the order of time.
     pub points: Vec<MeasuredRadius>,
-    /// Turns of the tool until each of them.
+    /// Turns of the tool until each radius.
     pub turns: Vec<f64>,
     /// Time of a turn in s.
     pub second_per_turn: f64,
-    /// The coefficient in m²/N and the radius at the start in m that are not fitted.
+    /// Stated coefficient in m²/N and radius at the start in m, used where they are not fitted.
     pub stated: [f64; 2],
-    /// The coefficient in m²/N by which the largest radius is reached, once that is known.
+    /// Coefficient in m²/N that leads to the largest radius, once that is known.
     pub(crate) guess: Option<f64>,
     pub(crate) law: Law,
 }
 
-/// How an edge grows.
+/// Law of the growth of an edge.
 #[derive(Clone, Debug)]
 pub(crate) enum Law {
     /// Nothing is simulated yet.
     Unknown,
-    /// By the work of simulated passes.
+    /// Work of simulated passes.
     Simulated(Box<Course>),
-    /// With the square root of time: `R² = R_0² + r k_P N`, by its `r` in N.
+    /// Square root of time: `R² = R_0² + r k_P N`, by its `r` in N.
     SquareRoot(f64),
 }
 
@@ -59,13 +59,13 @@ impl Radii {
         }
     }
 
-    /// The time in s of a point.
+    /// Returns the time in s of a point.
     #[must_use]
     pub fn time_s(&self, point: usize) -> f64 {
         self.turns[point] * self.second_per_turn
     }
 
-    /// The largest radius in m, and when it was measured.
+    /// Returns the largest radius in m, and its time.
     fn largest(&self) -> ObservedEdge {
         let later = (0..self.points.len()).filter(|&point| self.turns[point] > 0.0);
         let largest = later.max_by(|&a, &b| {
@@ -81,8 +81,8 @@ impl Radii {
         }
     }
 
-    /// Simulates how the edge grows from the least radius that it may have had at the start. `tell`
-    /// hears how many passes of a batch are simulated.
+    /// Simulates the growth of the edge from the least radius that it may have had at the start.
+    /// `tell` receives the numbers of simulated and of all passes of a batch.
     pub(crate) fn follow(
         &mut self,
         settings: &Settings,
@@ -101,7 +101,7 @@ impl Radii {
         Ok(())
     }
 
-    /// The same radii, to be fitted by the square root of time.
+    /// Returns the radii, to be fitted by the square root of time.
     pub(crate) fn by_square_root(&self) -> Self {
         let ObservedEdge {
             edge_radius_m,
@@ -115,8 +115,8 @@ impl Radii {
         }
     }
 
-    /// By how much the simulated growth changed at most when the number of passes was doubled, over
-    /// itself.
+    /// Returns the largest relative change of the simulated radius when the number of simulated
+    /// radii was doubled.
     #[must_use]
     pub fn change_when_refined(&self) -> f64 {
         if let Law::Simulated(course) = &self.law {
@@ -126,8 +126,8 @@ impl Radii {
         }
     }
 
-    /// The coefficient in m²/N and the radius at the start in m with these values of the fitted
-    /// settings.
+    /// Returns the coefficient in m²/N and the radius at the start in m for these values of the
+    /// fitted settings.
     fn constants(&self, fitted: &[Fitted], values: &[f64]) -> [f64; 2] {
         let value = |path: &str| {
             fitted
@@ -141,7 +141,7 @@ impl Radii {
         ]
     }
 
-    /// The radii in m after `turns`, which ascend, with these values of the fitted settings.
+    /// Returns the radii in m after `turns`, which ascend, for these values of the fitted settings.
     pub(crate) fn after(&self, fitted: &[Fitted], values: &[f64], turns: &[f64]) -> Vec<f64> {
         let [preston, start] = self.constants(fitted, values);
         match &self.law {
@@ -154,7 +154,7 @@ impl Radii {
         }
     }
 
-    /// `c` of `R² = R_0² + c² t` in m/√s, by the square root of time.
+    /// Returns `c` of `R² = R_0² + c² t` in m/√s, by the square root of time.
     pub(crate) fn speed_of_root(&self, fitted: &[Fitted], values: &[f64]) -> f64 {
         let [preston, _] = self.constants(fitted, values);
         if let Law::SquareRoot(rate) = self.law {

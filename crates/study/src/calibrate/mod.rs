@@ -1,10 +1,10 @@
 //! Calibration: settings of a brush from measured forces (MODEL, "Calibration"), or from the radii
 //! of an edge over time ("Removal and wear").
 //!
-//! A [`Problem`] has brushes, the settings that are [`Fitted`] and what was measured. [`calibrate`]
-//! finds the values with the least sum of squares from several starts, and tells how well the
-//! forces determine them: standard errors, intervals, correlations, what is not determined, and
-//! where to measure next.
+//! A [`Problem`] has brushes, the settings that are [`Fitted`] and the measurements. [`calibrate`]
+//! finds the values with the least sum of squares from several starts. The result has standard
+//! errors, intervals, correlations, combinations of settings that are not determined, and the best
+//! next measurements.
 
 mod calibrated;
 mod edge;
@@ -43,8 +43,8 @@ use simulator::{Precision, Simulator};
 pub use statistics::{Errors, Undetermined, undetermined};
 pub use words::{estimate, lines, square_root_words, summary};
 
-/// The starts go downhill with filaments alone, of few segments, and as precisely as it takes to
-/// find the minima.
+/// Precision of the descents from the starts: filaments alone, of few segments, just precise enough
+/// to find the minima.
 const COARSE: Precision = Precision {
     tolerance: 3e-3,
     step: 0.02,
@@ -53,7 +53,7 @@ const COARSE: Precision = Precision {
     interacts: false,
     arrival: 0.1,
 };
-/// Near the minimum, for intervals, and points to measure at next: forces to 1e-4 of their values.
+/// Precision near the minimum, for intervals and next measurements: forces to 1e-4 of their values.
 const MIDDLE: Precision = Precision {
     tolerance: 1e-3,
     step: 0.01,
@@ -61,91 +61,91 @@ const MIDDLE: Precision = Precision {
     arrival: 1e-2,
     ..COARSE
 };
-/// The minimum itself: errors of the derivatives are below 1e-4.
+/// Precision of the minimum itself: errors of the derivatives are below 1e-4.
 const FINE: Precision = Precision {
     tolerance: 1e-6,
     step: 1e-3,
     arrival: 1e-4,
     ..MIDDLE
 };
-/// Brushes keep their own tolerance, 1e-3 of the impulse unless a file states another.
+/// Precision with interaction. Brushes keep their own tolerance, by default 1e-3 of the impulse.
 const OF_BRUSHES: Precision = Precision {
     step: 0.05,
     interacts: true,
     arrival: 1e-2,
     ..FINE
 };
-/// The most rounds in which the effect of interaction follows the settings.
-const INTERACTION_ROUNDS: usize = 4;
-/// Change of a coordinate at which it does no longer.
-const SETTLED: f64 = 2e-3;
-/// Relative error of derivatives next to a force that bends, and the step of derivatives that look
-/// past bends.
-const BENT: f64 = 5e-3;
-const WIDE: f64 = 0.03;
-/// How far the minimum is from where derivatives were taken, over the standard error, at which they
-/// are taken anew, and how often they are at most.
-const FAR: f64 = 0.5;
-const ROUNDS: usize = 5;
-/// Probability of residuals below which more than noise makes them, and slope over its standard
-/// error from which on it is one.
-const UNLIKELY: f64 = 0.01;
-const TRENDING: f64 = 3.0;
-/// Times at which the growth of an edge is told.
-const TIMES: usize = 100;
+/// Largest number of rounds in which the effect of interaction follows the settings.
+const MAX_INTERACTION_ROUNDS: usize = 4;
+/// Change of a coordinate below which these rounds end.
+const SETTLED_CHANGE: f64 = 2e-3;
+/// Relative error of derivatives from which on a kink of a force is nearby, and the step of
+/// derivatives that look past kinks.
+const MIN_KINK_ERROR: f64 = 5e-3;
+const STEP_PAST_KINKS: f64 = 0.03;
+/// Distance of the minimum from the point of the derivatives, over the standard error, beyond which
+/// they are computed anew. The second number limits how often.
+const MAX_JACOBIAN_DISTANCE: f64 = 0.5;
+const MAX_JACOBIAN_ROUNDS: usize = 5;
+/// Probability below which residuals are more than noise, and slope of residuals over its standard
+/// error from which on they have a trend.
+const MIN_PROBABILITY: f64 = 0.01;
+const MIN_TREND: f64 = 3.0;
+/// Intervals between the reported times of the growth of an edge.
+const GROWTH_INTERVALS: usize = 100;
 /// Two-sided probability of an interval.
 const CONFIDENCE: f64 = 0.95;
 
 /// The result of a calibration.
 #[derive(Clone, Debug)]
 pub struct Calibration {
-    /// What was fitted to what.
+    /// Fitted settings and measurements.
     pub problem: Problem,
-    /// The value of each fitted setting.
+    /// Value of each fitted setting.
     pub values: Vec<f64>,
-    /// The simulated force of each observation.
+    /// Simulated force of each observation.
     pub forces: Vec<f64>,
-    /// The standard error that the calibration leaves each of them.
+    /// Standard error that the calibration leaves each force.
     pub force_errors: Vec<f64>,
-    /// The errors of the coordinates: of logarithms of positive settings, and of shares of their
-    /// range of others.
+    /// Errors of the coordinates: of logarithms of positive settings, and of shares of the range of
+    /// others.
     pub errors: Errors,
-    /// The ends of the 95 % interval of each value, by the profile of the sum of squares; none if
-    /// it is not determined.
+    /// Ends of the 95 % interval of each value, by the profile of the sum of squares; none if the
+    /// value is not determined.
     pub intervals: Vec<Option<[f64; 2]>>,
-    /// The sum of squared residuals over their standard deviations.
+    /// Sum of squared residuals over their standard deviations.
     pub chi_squared: f64,
-    /// What is not determined.
+    /// Settings that are not determined.
     pub undetermined: Vec<Undetermined>,
-    /// The sum of squares and the number of starts of each minimum that the starts found, the least
+    /// Sum of squares and the number of starts of each minimum that the starts found, the least
     /// first, at a coarse precision.
     pub minima: Vec<(f64, usize)>,
-    /// The number of starts that were stopped far above the least minimum.
+    /// Number of starts that were stopped far above the least minimum.
     pub stopped_starts: usize,
-    /// The number of starts that could not be simulated.
+    /// Number of starts that could not be simulated.
     pub failed_starts: usize,
-    /// The largest relative error of the derivatives, before they were extrapolated.
+    /// Largest relative error of the derivatives, before extrapolation.
     pub derivative_error: f64,
-    /// The best points to measure at next; none of radii.
+    /// Best points to measure at next; none for radii.
     pub next: Vec<Next>,
-    /// The square root of time, fitted to the same radii; none of forces.
+    /// Square root of time, fitted to the same radii; none for forces.
     pub square_root: Option<SquareRoot>,
-    /// The growth over time, of radii.
+    /// Growth over time, for radii.
     pub growth: Vec<GrownEdge>,
 }
 
-/// The square root of time `R² = R_0² + c² t` in the place of the simulated growth, fitted to the
-/// same radii.
+/// Square root of time `R² = R_0² + c² t`, fitted to the same radii in place of the simulated
+/// growth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SquareRoot {
     /// `c` in m/√s.
     pub c_m_per_sqrt_s: f64,
-    /// The sum of squared residuals over their standard deviations.
+    /// Sum of squared residuals over their standard deviations.
     pub chi_squared: f64,
-    /// Its radius in m at each observation.
+    /// Radius in m by this law at each observation.
     pub radii: Vec<f64>,
-    /// The slope of what was measured less these radii, in standard deviations over the logarithm
-    /// of time, over its standard error.
+    /// Slope of measured less these radii, in standard deviations over the logarithm of time,
+    /// divided by its standard error.
     pub trend: f64,
 }
 
@@ -154,46 +154,46 @@ pub struct SquareRoot {
 pub struct GrownEdge {
     /// The time in s.
     pub time_s: f64,
-    /// Its radius in m by the fit.
+    /// Radius in m by the fit.
     pub radius_m: f64,
-    /// The standard error that the calibration leaves it.
+    /// Standard error in m that the calibration leaves the radius.
     pub error_m: f64,
-    /// Its radius by the square root of time.
+    /// Radius in m by the square root of time.
     pub square_root_m: f64,
 }
 
 impl Calibration {
-    /// The number of observations less that of settings.
+    /// Returns the number of observations less that of settings.
     #[must_use]
     pub fn degrees_of_freedom(&self) -> usize {
         self.problem.observations.len() - self.values.len()
     }
 
-    /// The probability that noise alone makes the sum of squares as large, if standard deviations
-    /// are stated.
+    /// Returns the probability that noise alone makes the sum of squares as large, if standard
+    /// deviations are stated.
     #[must_use]
     pub fn probability(&self) -> Option<f64> {
         self.probability_of(self.chi_squared)
     }
 
-    /// The same of another sum of squares.
+    /// Returns this probability for another sum of squares.
     pub(crate) fn probability_of(&self, chi_squared: f64) -> Option<f64> {
         let freedom = self.degrees_of_freedom();
         (self.problem.has_std && freedom > 0).then(|| chdtrc(freedom as f64, chi_squared))
     }
 
-    /// Whether the square root of time fits the radii: noise alone makes such residuals, or,
-    /// without standard deviations, they have no trend. `None` if there are as many settings as
+    /// Returns `true` if the square root of time fits the radii: noise alone makes such residuals
+    /// or, without standard deviations, they have no trend. `None` if there are as many settings as
     /// radii.
     #[must_use]
     pub fn square_root_fits(&self, root: &SquareRoot) -> Option<bool> {
         match self.probability_of(root.chi_squared) {
-            Some(probability) => Some(probability >= UNLIKELY),
-            None => (self.degrees_of_freedom() > 0).then_some(root.trend.abs() < TRENDING),
+            Some(probability) => Some(probability >= MIN_PROBABILITY),
+            None => (self.degrees_of_freedom() > 0).then_some(root.trend.abs() < MIN_TREND),
         }
     }
 
-    /// Whether the forces determine a setting.
+    /// Returns `true` if the forces determine a setting.
     #[must_use]
     pub fn is_determined(&self, setting: usize) -> bool {
         !self
@@ -202,16 +202,15 @@ impl Calibration {
             .any(|group| group.settings.contains(&setting))
     }
 
-    /// The standard error of a value.
+    /// Returns the standard error of a value.
     #[must_use]
     pub fn standard_error(&self, setting: usize) -> f64 {
         self.errors.standard_error(setting)
             * self.problem.fitted[setting].slope(self.values[setting])
     }
 
-    /// The largest relative change of a force, or of a radius, when it is simulated at the values
-    /// that were found with more precision: passes at a tenth of their tolerance, brushes at a
-    /// quarter.
+    /// Returns the largest relative change of a force or a radius that is simulated more precisely
+    /// at the fitted values: passes at a tenth of their tolerance, brushes at a quarter.
     ///
     /// # Errors
     /// If it is interrupted, or a point cannot be simulated.
@@ -287,8 +286,8 @@ impl Calibration {
             .fold(0.0, f64::max))
     }
 
-    /// The residual of an observation over its standard deviation, which is that of the residuals
-    /// if none is stated.
+    /// Returns the residual of an observation over its standard deviation, or over that of the
+    /// residuals if none is stated.
     #[must_use]
     pub fn residual(&self, observation: usize) -> f64 {
         let Observation { value, std, .. } = self.problem.observations[observation];
@@ -296,7 +295,7 @@ impl Calibration {
     }
 }
 
-/// Fits the settings of a problem to what was measured. `None` if none of the starts can be
+/// Fits the settings of a problem to the measurements. `None` if none of the starts can be
 /// simulated.
 ///
 /// # Errors
@@ -306,7 +305,7 @@ pub fn calibrate(
     reach: Reach,
     means: Means<'_>,
 ) -> Result<Option<Calibration>, Interrupted> {
-    // Where an edge begins to grow is known, and its growth has one minimum.
+    // The start of the growth of an edge is known, and the fit has one minimum.
     let starts = if problem.radii.is_some() {
         0
     } else {
@@ -444,8 +443,8 @@ pub fn calibrate(
     }))
 }
 
-/// The square root of time, fitted to the radii, and its problem and its values of the fitted
-/// settings.
+/// Fits the square root of time to the radii. Returns it with its problem and its values of the
+/// fitted settings.
 fn by_square_root(
     problem: &Problem,
     radii: &Radii,
@@ -480,7 +479,8 @@ fn by_square_root(
     Ok(Some((root, problem, values)))
 }
 
-/// The slope of points over its standard error, by least squares; zero of fewer than three.
+/// Returns the slope of points over its standard error, by least squares; zero for fewer than
+/// three.
 fn trend(points: &[(f64, f64)]) -> f64 {
     let count = points.len() as f64;
     let mean = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
@@ -497,7 +497,7 @@ fn trend(points: &[(f64, f64)]) -> f64 {
     }
 }
 
-/// The growth from the start to the last radius, with its error.
+/// Returns the growth from the start to the last radius, with its standard error.
 fn grown(
     model: &Model<'_>,
     radii: &Radii,
@@ -507,8 +507,8 @@ fn grown(
 ) -> Vec<GrownEdge> {
     let fitted = &model.problem().fitted;
     let last = radii.turns.last().copied().unwrap_or_default();
-    let turns: Vec<f64> = (0..=TIMES)
-        .map(|i| last * (i as f64 / TIMES as f64).powi(2))
+    let turns: Vec<f64> = (0..=GROWTH_INTERVALS)
+        .map(|i| last * (i as f64 / GROWTH_INTERVALS as f64).powi(2))
         .collect();
     let here = radii.after(fitted, &model.values(&best.x), &turns);
     let stencil = model.stencil(
@@ -541,12 +541,12 @@ fn grown(
     turns.iter().enumerate().map(edge).collect()
 }
 
-/// Goes on to the minimum of filaments alone, with the derivatives there and their error. Where
-/// they tell that a contact begins or ends nearby, it moves to a lower minimum, if there is one
-/// beyond.
+/// Refines the minimum of filaments alone, and returns it with its Jacobian and the error of this.
+/// Where the error shows that a contact begins or ends nearby, a lower minimum beyond takes its
+/// place, if there is one.
 fn precise(model: &Model<'_>, mut best: Minimum) -> Result<Option<(Minimum, f64)>, Interrupted> {
     let mut found = None;
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_JACOBIAN_ROUNDS {
         let Some(at) = search::evaluated(model, vec![best.x], FINE)?
             .pop()
             .filter(|at| at.squares.is_finite())
@@ -564,16 +564,16 @@ fn precise(model: &Model<'_>, mut best: Minimum) -> Result<Option<(Minimum, f64)
         };
         found = Some((end.clone(), error));
         best = end;
-        if moved > FAR {
+        if moved > MAX_JACOBIAN_DISTANCE {
             continue;
         }
-        if error < BENT {
+        if error < MIN_KINK_ERROR {
             break;
         }
         let wide = model.jacobians(
             &[(&best.x, &best.forces)],
             Precision {
-                step: WIDE,
+                step: STEP_PAST_KINKS,
                 central: true,
                 ..MIDDLE
             },
@@ -586,9 +586,9 @@ fn precise(model: &Model<'_>, mut best: Minimum) -> Result<Option<(Minimum, f64)
     Ok(found)
 }
 
-/// Takes precise derivatives at a point near a minimum, and goes there with them: the minimum, the
-/// error of the derivatives, and how far the minimum is over the standard error in its direction.
-/// None if what is around the point cannot be simulated.
+/// Computes a precise Jacobian at a point near a minimum, and descends with it. Returns the
+/// minimum, the error of the Jacobian, and the distance over the standard error in its direction.
+/// `None` if points around this one cannot be simulated.
 fn exact(
     model: &Model<'_>,
     at: Minimum,
@@ -616,11 +616,11 @@ fn exact(
     Ok(Some((end, error, moved)))
 }
 
-/// The minimum with filaments that touch, from that of filaments alone, with the derivatives there
-/// and their error. The forces of filaments alone, times the effect of interaction at the last
-/// estimate, lead near it; then descents with interaction itself.
+/// Finds the minimum with filaments that touch from that of filaments alone, with the Jacobian
+/// there and its error. Forces of filaments alone, times the effect of interaction at the last
+/// estimate, lead near it. Descents with interaction follow.
 fn interacting(model: &mut Model<'_>, mut minimum: Minimum) -> Result<(Minimum, f64), Interrupted> {
-    for _ in 0..INTERACTION_ROUNDS {
+    for _ in 0..MAX_INTERACTION_ROUNDS {
         follow_interaction(model, &minimum.x)?;
         let Some(next) = search::refined(model, vec![minimum.clone()], MIDDLE)?.pop() else {
             break;
@@ -632,7 +632,7 @@ fn interacting(model: &mut Model<'_>, mut minimum: Minimum) -> Result<(Minimum, 
             .map(|(a, b)| (a - b).abs())
             .fold(0.0, f64::max);
         minimum = next;
-        if moved < SETTLED {
+        if moved < SETTLED_CHANGE {
             break;
         }
     }
@@ -645,7 +645,7 @@ fn interacting(model: &mut Model<'_>, mut minimum: Minimum) -> Result<(Minimum, 
     Ok((minimum, error))
 }
 
-/// Takes the effect of interaction at `x`.
+/// Updates the effect of interaction at `x`.
 fn follow_interaction(model: &mut Model<'_>, x: &[f64]) -> Result<(), Interrupted> {
     model.factors.fill(1.0);
     let points = [x.to_vec()];

@@ -1,5 +1,5 @@
-//! Residuals and their derivatives: simulated less measured forces over their standard deviations,
-//! as functions of coordinates.
+//! Residuals and their Jacobian: simulated less measured forces over their standard deviations, as
+//! functions of coordinates.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -10,8 +10,8 @@ use crate::calibrate::simulator::{Interrupted, Precision, Simulator};
 /// The residuals of a problem.
 pub struct Model<'a> {
     pub simulator: Simulator<'a>,
-    /// What interaction makes of the force of each observation, where filaments are simulated
-    /// alone; 1 if it is left out.
+    /// Force with interaction over that of filaments alone, for each observation; 1 if interaction
+    /// is left out.
     pub factors: Vec<f64>,
 }
 
@@ -27,12 +27,12 @@ impl<'a> Model<'a> {
         self.simulator.problem
     }
 
-    /// The bounds of the coordinates.
+    /// Returns the bounds of the coordinates.
     pub fn limits(&self) -> Vec<[f64; 2]> {
         self.problem().fitted.iter().map(Fitted::limits).collect()
     }
 
-    /// The values of the fitted settings at a point of coordinates.
+    /// Returns the values of the fitted settings at a point of coordinates.
     pub fn values(&self, x: &[f64]) -> Vec<f64> {
         self.problem()
             .fitted
@@ -42,8 +42,8 @@ impl<'a> Model<'a> {
             .collect()
     }
 
-    /// The simulated forces of all observations at several points of coordinates; not a number
-    /// where a simulation failed.
+    /// Simulates the forces of all observations at several points of coordinates; NaN where a
+    /// simulation failed.
     pub fn forces(
         &self,
         points: &[Vec<f64>],
@@ -82,7 +82,7 @@ impl<'a> Model<'a> {
         Ok(forces.chunks(measured.len()).map(of_point).collect())
     }
 
-    /// The residuals of simulated forces.
+    /// Returns the residuals of simulated forces.
     pub fn residuals(&self, forces: &[f64]) -> DVector<f64> {
         let observations = self.problem().observations.iter();
         DVector::from_iterator(
@@ -93,7 +93,7 @@ impl<'a> Model<'a> {
         )
     }
 
-    /// What a sum of squares is measured by: the variance of a residual, which is 1 if standard
+    /// Returns the unit of a sum of squares: the variance of a residual, which is 1 if standard
     /// deviations are stated and explain it.
     pub fn unit(&self, squares: f64) -> f64 {
         let mean = squares / self.problem().observations.len() as f64;
@@ -104,16 +104,16 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// The sum of squares up to which a minimum at a coarse precision may turn out to be the
-    /// lowest.
+    /// Returns the sum of squares up to which a minimum at a coarse precision may turn out to be
+    /// the lowest.
     pub fn highest(&self, lowest: f64) -> f64 {
-        /// Over the lowest, or over that of residuals of one standard deviation.
-        const REFINED: f64 = 4.0;
-        REFINED * lowest.max(self.problem().observations.len() as f64)
+        /// Limit over the lowest sum, or over that of residuals of one standard deviation.
+        const MAX_SQUARES_RATIO: f64 = 4.0;
+        MAX_SQUARES_RATIO * lowest.max(self.problem().observations.len() as f64)
     }
 
-    /// The derivatives of the residuals in the coordinates at several points, each with the forces
-    /// there, by differences within the bounds.
+    /// Returns the Jacobian of the residuals at several points, each with the forces there, by
+    /// differences within the bounds.
     pub fn jacobians(
         &self,
         at: &[(&[f64], &[f64])],
@@ -138,8 +138,8 @@ impl<'a> Model<'a> {
         Ok(at.iter().zip(stencils).map(jacobian).collect())
     }
 
-    /// The points around `x` from which derivatives are taken: two for each coordinate, or one,
-    /// towards the end of the range that is farther away.
+    /// Returns the points around `x` from which derivatives are taken: two for each coordinate, or
+    /// one, towards the farther end of the range.
     pub fn stencil(&self, x: &[f64], Precision { step, central, .. }: Precision) -> Stencil {
         let mut stencil = Stencil {
             points: Vec::new(),
@@ -167,9 +167,8 @@ impl<'a> Model<'a> {
         stencil
     }
 
-    /// The Jacobian at a point with these forces by central differences of one and two steps,
-    /// extrapolated (Richardson), and the largest relative error of a column that their difference
-    /// tells.
+    /// Returns the Jacobian at a point with these forces by central differences of one and two
+    /// steps, extrapolated (Richardson), and the largest relative error of a column.
     pub fn precise_jacobian(
         &self,
         x: &[f64],
@@ -195,16 +194,17 @@ impl<'a> Model<'a> {
     }
 }
 
-/// Points around one, between which differences are taken.
+/// Points around a point, between which differences are taken.
 pub struct Stencil {
     pub points: Vec<Vec<f64>>,
-    /// For each coordinate the positions of the points below and above, if that is not the one in
-    /// the middle, and their distance.
+    /// Positions of the points below and above in each coordinate, none for the middle, and their
+    /// distance.
     sides: Vec<([Option<usize>; 2], f64)>,
 }
 
 impl Stencil {
-    /// The derivative in a coordinate of what is `here` in the middle, and `at` each of the points.
+    /// Returns the derivative in a coordinate of a quantity that is `here` in the middle, and `at`
+    /// each of the points.
     pub fn derivative(&self, column: usize, here: f64, at: impl Fn(usize) -> f64) -> f64 {
         let (sides, width) = self.sides[column];
         let [below, above] = sides.map(|point| point.map_or(here, &at));

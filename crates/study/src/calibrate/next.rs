@@ -1,5 +1,5 @@
-//! What to measure next: of a grid of speeds and depths, the points that shrink the determinant of
-//! the covariance most (D-optimal).
+//! Next measurement: the points of a grid of speeds and depths that shrink the determinant of the
+//! covariance most (D-optimal).
 
 use nalgebra::DMatrix;
 
@@ -13,12 +13,12 @@ use crate::calibrate::search::Minimum;
 use crate::calibrate::simulator::{Interrupted, Precision};
 use crate::calibrate::statistics::Errors;
 
-/// The number of speeds and of depths of the grid.
+/// Number of speeds and of depths of the grid.
 const GRID: [usize; 2] = [8, 6];
-/// The number of points that are named.
-const BEST: usize = 3;
+/// Number of points that are named.
+const NAMED_POINTS: usize = 3;
 
-/// The largest values at which can be measured next.
+/// Largest values at which the next measurement is possible.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reach {
     /// Rotational speed in rpm; without one, the fastest point.
@@ -30,17 +30,17 @@ pub struct Reach {
 /// A point to measure at next.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Next {
-    /// Where.
+    /// Tool, speed and depth.
     pub place: ToolPlace,
-    /// The same speed as brushing velocity in m/s and as rotational speed in rpm.
+    /// Speed as brushing velocity in m/s and as rotational speed in rpm.
     pub speeds: [f64; 2],
-    /// By which factor the determinant of the covariance becomes smaller.
+    /// Factor by which the determinant of the covariance becomes smaller.
     pub gain: f64,
-    /// The standard errors of the coordinates with this point, over those without it.
+    /// Standard errors of the coordinates with this point, over those without it.
     pub shrinks: Vec<f64>,
 }
 
-/// The best points to measure at next.
+/// Returns the best points to measure at next.
 pub fn next(
     model: &Model<'_>,
     minimum: &Minimum,
@@ -118,11 +118,11 @@ pub fn next(
         });
     }
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    found.truncate(BEST);
+    found.truncate(NAMED_POINTS);
     Ok(found)
 }
 
-/// The relative standard deviation with which each force is measured, where it is: the median.
+/// Returns the median relative standard deviation of each force that is measured.
 fn relative_stds(problem: &Problem) -> [Option<f64>; 4] {
     std::array::from_fn(|force| {
         let own = problem
@@ -137,7 +137,7 @@ fn relative_stds(problem: &Problem) -> [Option<f64>; 4] {
     })
 }
 
-/// The places that come into question.
+/// Returns the candidate places.
 fn grid(problem: &Problem, values: &[f64], reach: Reach) -> Vec<ToolPlace> {
     let largest = |value: &dyn Fn(&ToolPlace) -> f64| {
         problem

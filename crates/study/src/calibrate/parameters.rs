@@ -1,4 +1,4 @@
-//! The settings that are fitted, within bounds, and the coordinates in which they are.
+//! Settings that are fitted within bounds, and their coordinates.
 
 use crate::grid::Setting;
 use crate::text::shown;
@@ -8,32 +8,33 @@ use thiserror::Error;
 
 /// Sections whose scalar settings can be fitted.
 const SECTIONS: [&str; 4] = ["tool", "filament", "contact", "brush"];
-/// Paths of the settings that radii tell: the Preston coefficient, and the radius at the start.
+/// Paths of the settings that radii determine: the Preston coefficient, and the radius at the
+/// start.
 pub const PRESTON: &str = "removal.preston_m2_n";
 pub const START: &str = "workpiece.edge_radius_m";
-/// Settings that the radii of an edge over time tell.
+/// Settings that the radii of an edge over time determine.
 const OF_EDGES: [&str; 2] = [PRESTON, START];
 /// Longest key in a message, in characters.
 const LONGEST_KEY: usize = 60;
-/// A value closer to the end of its range than this share of it is at that end.
-const AT_END: f64 = 1e-3;
+/// Share of its range within which a value is at the end of the range.
+const END_SHARE: f64 = 1e-3;
 
 /// A setting that is fitted.
 #[derive(Clone, Copy, Debug)]
 pub struct Fitted {
     /// The setting.
     pub parameter: &'static Parameter,
-    /// Its least and its largest value.
+    /// Least and largest value.
     pub bounds: [f64; 2],
 }
 
-/// Why something cannot be fitted, in words.
+/// Reason why something cannot be fitted, in words.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{0}")]
 pub struct FitError(pub(crate) String);
 
-/// The error about a `key` that is none of a setting that can be fitted. `meant` is what may have
-/// been meant, behind a semicolon.
+/// Returns the error about a `key` without a setting that can be fitted. `meant` suggests another
+/// key, behind a semicolon.
 fn unknown(key: &str, meant: &str) -> FitError {
     FitError(format!(
         "`{}` is no scalar setting of [tool], [filament], [contact] or [brush], nor {PRESTON} or {START}, which radii of an edge tell; \
@@ -43,10 +44,10 @@ fn unknown(key: &str, meant: &str) -> FitError {
 }
 
 impl Fitted {
-    /// A setting between `bounds`, or else within its usual range.
+    /// Creates a fitted setting between `bounds`, or else within its usual range.
     ///
     /// # Errors
-    /// If it cannot be fitted between them.
+    /// If the setting cannot be fitted within this range.
     pub fn new(parameter: &'static Parameter, bounds: Option<[f64; 2]>) -> Result<Self, FitError> {
         if !SECTIONS.contains(&parameter.section()) && !OF_EDGES.contains(&parameter.path) {
             return Err(unknown(parameter.path, ""));
@@ -76,11 +77,10 @@ impl Fitted {
         })
     }
 
-    /// Reads `KEY` or `KEY=LOW..HIGH`. The key may end in another unit, in which the bounds then
-    /// are.
+    /// Reads `KEY` or `KEY=LOW..HIGH`. The key may end in another unit, which the bounds then have.
     ///
     /// # Errors
-    /// If it is not of this form, or cannot be fitted.
+    /// If the text has another form, or the setting cannot be fitted.
     pub fn parse(text: &str) -> Result<Self, FitError> {
         let (key, bounds) = match text.split_once('=') {
             Some((key, bounds)) => (key.trim(), Some(bounds)),
@@ -118,19 +118,20 @@ impl Fitted {
         Self::new(parameter, bounds.transpose()?)
     }
 
-    /// Whether radii of an edge over time tell it, rather than forces.
+    /// Returns `true` if radii of an edge determine the setting, rather than forces.
     #[must_use]
     pub fn is_of_edges(&self) -> bool {
         OF_EDGES.contains(&self.parameter.path)
     }
 
-    /// Whether its coordinate is its logarithm: all its values are positive.
+    /// Returns `true` if the coordinate is the logarithm: all values are positive.
     #[must_use]
     pub fn is_logarithmic(&self) -> bool {
         self.bounds[0] > 0.0
     }
 
-    /// The coordinate of a value: its logarithm, or else the value over the width of its bounds.
+    /// Returns the coordinate of a value: its logarithm, or else the value over the width of its
+    /// bounds.
     #[must_use]
     pub fn coordinate(&self, value: f64) -> f64 {
         if self.is_logarithmic() {
@@ -140,7 +141,7 @@ impl Fitted {
         }
     }
 
-    /// The value of a coordinate, within its range.
+    /// Returns the value of a coordinate, within the bounds.
     #[must_use]
     pub fn value(&self, coordinate: f64) -> f64 {
         let value = if self.is_logarithmic() {
@@ -151,7 +152,7 @@ impl Fitted {
         value.clamp(self.bounds[0], self.bounds[1])
     }
 
-    /// How fast its value grows with its coordinate.
+    /// Returns the derivative of the value in its coordinate.
     #[must_use]
     pub fn slope(&self, value: f64) -> f64 {
         if self.is_logarithmic() {
@@ -165,25 +166,25 @@ impl Fitted {
         self.bounds[1] - self.bounds[0]
     }
 
-    /// The bounds of its coordinate.
+    /// Returns the bounds of the coordinate.
     #[must_use]
     pub fn limits(&self) -> [f64; 2] {
         self.bounds.map(|bound| self.coordinate(bound))
     }
 
-    /// The end of its range at which a value is, if it is there.
+    /// Returns the end of the range at which a value is, if it is at one.
     #[must_use]
     pub fn end(&self, value: f64) -> Option<&'static str> {
         let [low, high] = self.limits();
         let share = (self.coordinate(value) - low) / (high - low);
         match share {
-            share if share < AT_END => Some("lower"),
-            share if share > 1.0 - AT_END => Some("upper"),
+            share if share < END_SHARE => Some("lower"),
+            share if share > 1.0 - END_SHARE => Some("upper"),
             _ => None,
         }
     }
 
-    /// The setting as one of an axis, with its symbol and its unit for people.
+    /// Returns the setting as one of an axis, with its symbol and its unit for people.
     #[must_use]
     pub fn setting(&self) -> Setting {
         Setting::Number(self.parameter)

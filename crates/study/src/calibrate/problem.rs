@@ -1,4 +1,4 @@
-//! What is fitted to what: brushes, settings with their bounds, and measured points with their
+//! Definition of a calibration: brushes, settings with their bounds, and measured points with their
 //! standard deviations.
 
 use std::fmt::Display;
@@ -16,10 +16,10 @@ use bristle::model::settings::{Settings, UncertaintySettings};
 use crate::calibrate::edge::Radii;
 use crate::calibrate::parameters::{FitError, Fitted, PRESTON, START};
 
-/// What a tool exerts, in the order of [`Quantity::FORCES`].
+/// Forces, torque and power of a tool, in the order of [`Quantity::FORCES`].
 pub type Forces = [f64; 4];
 
-/// The forces of simulated metrics.
+/// Returns the forces of simulated metrics.
 #[must_use]
 pub fn forces_of(metrics: &Metrics) -> Forces {
     [
@@ -30,28 +30,28 @@ pub fn forces_of(metrics: &Metrics) -> Forces {
     ]
 }
 
-/// Relative standard deviation that weighs points where the table states none: what counts is that
-/// it is the same for all.
+/// Relative standard deviation that weighs points where the table states none: it only matters that
+/// all points have the same.
 const ASSUMED_STD: f64 = 0.03;
 
-/// How many standard deviations a radius may be below that at the start.
-const BELOW: f64 = 3.0;
+/// Largest number of standard deviations by which a radius may be below that at the start.
+const MAX_STDS_BELOW_START: f64 = 3.0;
 
 /// A force that was measured at a point, or the radius of an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observation {
-    /// The position of its point.
+    /// Position of the point.
     pub point: usize,
-    /// Its position in [`Quantity::FORCES`]; their number if it is the radius of an edge.
+    /// Position in [`Quantity::FORCES`]; their number for the radius of an edge.
     pub force: usize,
-    /// Its value, in the unit of its quantity.
+    /// Value in the unit of the quantity.
     pub value: f64,
-    /// Its standard deviation, in the same unit; if the table states none, a share of the value.
+    /// Standard deviation in the same unit; if the table states none, a share of the value.
     pub std: f64,
 }
 
 impl Observation {
-    /// What it is.
+    /// Returns the measured quantity.
     #[must_use]
     pub fn quantity(&self) -> Quantity {
         Quantity::FORCES
@@ -64,22 +64,22 @@ impl Observation {
 /// A calibration that can be made.
 #[derive(Clone, Debug)]
 pub struct Problem {
-    /// The brush, or the named tools.
+    /// Brush, or the named tools.
     pub brushes: Vec<StatedBrush>,
-    /// The settings that are fitted.
+    /// Settings that are fitted.
     pub fitted: Vec<Fitted>,
-    /// Where was measured.
+    /// Measured points.
     pub points: Vec<MeasuredPoint>,
-    /// What was measured, at least as many as settings.
+    /// Measured values, at least as many as settings.
     pub observations: Vec<Observation>,
-    /// The radii of an edge over time, if they are what was measured; there are no points then.
+    /// Radii of an edge over time, if these were measured; there are no points then.
     pub radii: Option<Radii>,
-    /// Whether standard deviations are stated. If not, they follow from the residuals.
+    /// `true` if standard deviations are stated. Otherwise they follow from the residuals.
     pub has_std: bool,
 }
 
 impl Problem {
-    /// A calibration of `fitted` settings of `brushes` by measured `points`.
+    /// Creates a calibration of `fitted` settings of `brushes` by measured `points`.
     ///
     /// # Errors
     /// If the points cannot determine the settings, or cannot be simulated.
@@ -166,8 +166,8 @@ impl Problem {
         Ok(problem)
     }
 
-    /// A calibration of `fitted` settings by the `radii` of an edge over time, which a tool with
-    /// these `settings` has brushed.
+    /// Creates a calibration of `fitted` settings by the `radii` of an edge over time, which a tool
+    /// with these `settings` has brushed.
     ///
     /// # Errors
     /// If the radii cannot determine the settings, or there is no such edge.
@@ -209,7 +209,7 @@ impl Problem {
         let observation = |(point, own): (usize, &MeasuredRadius)| {
             let (line, value) = (own.line, own.radius.value);
             let std = std_of(own.radius, has_std, Quantity::EdgeRadius.key(), line)?;
-            if !fits(START) && value + BELOW * std < start {
+            if !fits(START) && value + MAX_STDS_BELOW_START * std < start {
                 return Err(FitError(format!(
                     "line {line} of the measured table: a radius of {value:e} m is below that at the start, {start:e} m by `{START}`: an \
                      edge only grows rounder; state a smaller one, or fit it, as in --fit {START}"
@@ -257,7 +257,7 @@ impl Problem {
         })
     }
 
-    /// What was measured, in words.
+    /// Returns the word for the measurements.
     #[must_use]
     pub fn measured(&self) -> &'static str {
         if self.radii.is_some() {
@@ -267,7 +267,7 @@ impl Problem {
         }
     }
 
-    /// One of them.
+    /// Returns the word for one measurement.
     #[must_use]
     pub fn measured_once(&self) -> &'static str {
         if self.radii.is_some() {
@@ -277,8 +277,8 @@ impl Problem {
         }
     }
 
-    /// The values of the fitted settings in the file, within their bounds. Radii tell where to
-    /// begin.
+    /// Returns the values of the fitted settings in the file, within their bounds; for radii, first
+    /// estimates.
     #[must_use]
     pub fn stated(&self) -> Vec<f64> {
         let least = self
@@ -299,7 +299,7 @@ impl Problem {
         self.fitted.iter().map(value).collect()
     }
 
-    /// Whether filaments touch in some brush.
+    /// Returns `true` if filaments touch in some brush.
     #[must_use]
     pub fn has_brush(&self) -> bool {
         self.radii.is_none()
@@ -309,10 +309,10 @@ impl Problem {
                 .any(|brush| brush.settings.brush.is_some())
     }
 
-    /// The settings of a place with some values of the fitted settings.
+    /// Returns the settings of a place with some values of the fitted settings.
     ///
     /// # Errors
-    /// If they contradict each other.
+    /// If the settings contradict each other.
     pub fn settings(&self, place: &ToolPlace, values: &[f64]) -> Result<Settings, Violation> {
         let brush = &self.brushes[place.tool];
         let mut settings = brush.settings.clone();
@@ -334,7 +334,7 @@ impl Problem {
         {
             parameter.set(&mut settings, *value);
         }
-        // What is fitted may itself follow from others that are.
+        // A fitted setting may itself follow from other fitted ones.
         for (fitted, value) in self
             .fitted
             .iter()
@@ -357,19 +357,19 @@ impl Problem {
     }
 }
 
-/// Where a tool is simulated.
+/// Tool, speed and depth of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToolPlace {
-    /// The position of the tool.
+    /// Position of the tool.
     pub tool: usize,
-    /// Its speed.
+    /// Speed of the tool.
     pub speed: Speed,
     /// Penetration depth `a_e` in m.
     pub penetration_depth_m: f64,
 }
 
 impl ToolPlace {
-    /// That of a measured point.
+    /// Returns the place of a measured point.
     #[must_use]
     pub fn of(point: &MeasuredPoint) -> Self {
         Self {
@@ -380,7 +380,7 @@ impl ToolPlace {
     }
 }
 
-/// The standard deviation of a reading, or a share of its value if none `has_std`.
+/// Returns the standard deviation of a reading, or a share of its value if no reading has one.
 fn std_of(reading: Reading, has_std: bool, key: &str, line: u64) -> Result<f64, FitError> {
     let wrong = |what: String| {
         Err(FitError(format!(

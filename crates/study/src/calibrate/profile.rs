@@ -1,10 +1,10 @@
 //! Intervals by the profile of the sum of squares: all values of a setting for which some values of
-//! the others fit nearly as well.
+//! the other settings fit nearly as well.
 //!
-//! The ends of all intervals are sought side by side. At each of them the other settings are
-//! corrected by the Jacobian of the minimum, which also tells how far the sum of squares can still
-//! fall; then the end moves to where the profile, as a parabola through the minimum, has the value
-//! that the level of confidence asks for.
+//! The ends of all intervals are sought side by side. At each end the Jacobian of the minimum
+//! corrects the other settings, and gives the further fall of the sum of squares. Then the end
+//! moves to where the profile, as a parabola through the minimum, has the value of the level of
+//! confidence.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -14,11 +14,11 @@ use crate::calibrate::simulator::{Interrupted, Precision};
 use crate::calibrate::statistics::Errors;
 
 /// Relative error of the distance from the minimum at which an end is found.
-const CLOSE: f64 = 0.02;
-/// The most corrections of an end.
-const ROUNDS: usize = 8;
-/// By how much the distance from the minimum changes at most in one correction.
-const STRETCH: f64 = 2.0;
+const MAX_RELATIVE_ERROR: f64 = 0.02;
+/// Largest number of corrections of an end.
+const MAX_CORRECTIONS: usize = 8;
+/// Largest factor by which the distance from the minimum changes in one correction.
+const MAX_STRETCH: f64 = 2.0;
 
 /// One end of an interval that is sought.
 struct End {
@@ -27,8 +27,8 @@ struct End {
     is_found: bool,
 }
 
-/// The intervals of the coordinates of `settings` in which the profile exceeds the least sum of
-/// squares by at most `excess`.
+/// Returns the intervals of the coordinates of `settings` in which the profile exceeds the least
+/// sum of squares by at most `excess`.
 pub fn intervals(
     model: &Model<'_>,
     minimum: &Minimum,
@@ -55,7 +55,7 @@ pub fn intervals(
         .iter()
         .flat_map(|&setting| [end(setting, -1.0), end(setting, 1.0)])
         .collect();
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_CORRECTIONS {
         let sought: Vec<usize> = (0..ends.len()).filter(|&end| !ends[end].is_found).collect();
         if sought.is_empty() {
             break;
@@ -80,16 +80,17 @@ pub fn intervals(
             let stretch = if above > 0.0 {
                 (excess / above).sqrt()
             } else {
-                STRETCH
+                MAX_STRETCH
             };
             let [low, high] = limits[*setting];
             let is_at_limit = x[*setting] <= low || x[*setting] >= high;
-            *is_found = ((stretch - 1.0).abs() < CLOSE && falls < 2.0 * CLOSE * excess)
+            *is_found = ((stretch - 1.0).abs() < MAX_RELATIVE_ERROR
+                && falls < 2.0 * MAX_RELATIVE_ERROR * excess)
                 || (is_at_limit && stretch > 1.0);
             if !*is_found {
                 let corrected = &*x + correction;
                 *x = within(
-                    &best + (corrected - &best) * stretch.clamp(1.0 / STRETCH, STRETCH),
+                    &best + (corrected - &best) * stretch.clamp(1.0 / MAX_STRETCH, MAX_STRETCH),
                     &limits,
                 );
             }
@@ -101,8 +102,8 @@ pub fn intervals(
         .collect())
 }
 
-/// The step of all coordinates but one that minimises the linearised residuals, and by how much the
-/// sum of squares then falls.
+/// Returns the step of all coordinates but one that minimises the linearised residuals, and the
+/// fall of the sum of squares by this step.
 fn of_others(
     jacobian: &DMatrix<f64>,
     residuals: &DVector<f64>,

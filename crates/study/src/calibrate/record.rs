@@ -1,4 +1,4 @@
-//! A calibration as files: `calibration.json` and `residuals.csv`.
+//! Files of a calibration: `calibration.json` and `residuals.csv`.
 
 use std::io::{self, Write};
 
@@ -26,10 +26,10 @@ struct ParameterRecord {
 struct UndeterminedRecord {
     keys: Vec<&'static str>,
     statement: String,
-    /// Exponents of a product of two settings that is determined.
+    /// Exponents of a determined product of two settings.
     exponents: Option<[f64; 2]>,
     relative_standard_error: Option<f64>,
-    /// The change of each setting together: of its logarithm, or over its range.
+    /// Joint change of each setting: of its logarithm, or over its range.
     direction: Vec<f64>,
 }
 
@@ -75,9 +75,9 @@ struct NextRecord {
     brushing_velocity_m_s: f64,
     rotational_speed_rpm: f64,
     penetration_depth_m: f64,
-    /// By which factor the determinant of the covariance becomes smaller.
+    /// Factor by which the determinant of the covariance becomes smaller.
     determinant_gain: f64,
-    /// The standard error of each setting with it, over that without.
+    /// Standard error of each setting with this point, over that without.
     standard_error_ratios: Vec<f64>,
     statement: String,
 }
@@ -93,7 +93,7 @@ struct Record {
     version: &'static str,
     parameters: Vec<ParameterRecord>,
     correlations: Vec<Vec<f64>>,
-    /// Of the values, in the units of their keys.
+    /// Covariance of the values, in the units of their keys.
     covariance: Vec<Vec<f64>>,
     chi_squared: f64,
     degrees_of_freedom: usize,
@@ -112,7 +112,7 @@ struct Record {
 }
 
 impl Calibration {
-    /// `calibration.json`.
+    /// Returns the text of `calibration.json`.
     ///
     /// # Panics
     /// Never: all keys are texts.
@@ -182,7 +182,7 @@ impl Calibration {
             .map(|observation| self.residual_record(observation))
             .collect();
         let is_stated = |has: fn(&ResidualRecord) -> bool| records.iter().any(has);
-        // Where it was measured: the tool, its speed and its depth, or the time.
+        // Place of the measurement: speed and depth, or the time.
         let place: &[&str] = match (
             self.problem.radii.is_some(),
             is_stated(|own| own.brushing_velocity_m_s.is_some()),
@@ -314,7 +314,7 @@ impl Calibration {
         }
     }
 
-    /// The name of a tool; none if there is only one.
+    /// Returns the name of a tool; none if there is only one.
     #[must_use]
     pub fn tool_name(&self, tool: usize) -> Option<String> {
         (self.problem.brushes.len() > 1).then(|| self.problem.brushes[tool].name.clone())

@@ -1,13 +1,13 @@
 //! Minima of the sum of squares within the bounds, from several starts.
 //!
 //! The boundary between striking and sweeping makes local minima. Starts are the values of the file
-//! and the best points of a scrambled Sobol sequence over the whole range. All go downhill side by
-//! side, which fills lanes, at a coarse precision. Of those whose derivatives tell that they lead
-//! to the same minimum, the lowest goes on.
+//! and the best points of a scrambled Sobol sequence over the whole range. All descend side by
+//! side, which fills lanes, at a coarse precision. Where derivatives show that several lead to the
+//! same minimum, only the lowest goes on.
 //!
-//! A descent takes Levenberg's and Marquardt's steps, cut at the bounds, damped by the rule of
-//! Nielsen (1999). What the forces of a step tell updates the derivatives (Broyden 1965);
-//! differences are taken again only where these were wrong.
+//! A descent takes Levenberg–Marquardt steps, cut at the bounds, damped by the rule of Nielsen
+//! (1999). The forces of a step update the Jacobian (Broyden 1965). Differences are taken again
+//! only where the Jacobian was wrong.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -17,20 +17,20 @@ use crate::calibrate::problem::Observation;
 use crate::calibrate::simulator::{Interrupted, Precision};
 use crate::calibrate::statistics::Errors;
 
-/// The number of starts besides the values of the file: the best of so many points.
+/// Number of starts besides the values of the file, and number of points whose best are starts.
 pub const STARTS: usize = 8;
 const POINTS: usize = 32;
-/// Seed of their sequence.
+/// Seed of the sequence of points.
 const SEED: u32 = 1;
-/// Root mean square difference of forces, over their standard deviations, up to which two minima
+/// Root mean square difference of forces, over their standard deviations, below which two minima
 /// are one.
-const SAME: f64 = 0.3;
-/// The same over the forces, where standard deviations are smaller.
-const SAME_RELATIVE: f64 = 0.02;
-/// The share of the work that starts have, about.
-const OF_STARTS: f64 = 0.4;
+const MAX_RMS_DIFFERENCE: f64 = 0.3;
+/// Least standard deviation in this difference, over the force.
+const MIN_RELATIVE_STD: f64 = 0.02;
+/// Approximate share of the starts in the work.
+const WORK_SHARE_OF_STARTS: f64 = 0.4;
 
-/// A minimum of the sum of squares, or where a descent to one is.
+/// A minimum of the sum of squares, or the state of a descent to one.
 #[derive(Clone, Debug)]
 pub struct Minimum {
     /// Coordinates.
@@ -39,51 +39,51 @@ pub struct Minimum {
     pub forces: Vec<f64>,
     /// Sum of squares.
     pub squares: f64,
-    /// The number of starts that came here.
+    /// Number of starts that led here.
     pub starts: usize,
-    /// Derivatives of the residuals near it; without columns if none were taken yet.
+    /// Jacobian of the residuals near the point; without columns if there is none yet.
     pub jacobian: DMatrix<f64>,
 }
 
 /// Damping at the start of a descent, and the factor by which it grows at first.
 const DAMPING: f64 = 1e-2;
 const GROWTH: f64 = 2.0;
-/// A descent ends after so many steps that are not taken, with derivatives taken where they begin.
-const MISSES: usize = 4;
-/// The longest step in a coordinate: forces of filaments that sweep change by a factor of e.
-const LEAP: f64 = 1.0;
-/// Fall of the sum of squares over what the derivatives tell, from which on a step is taken, and
-/// from which on they are good.
-const TAKEN: f64 = 1e-3;
-const GOOD: f64 = 0.25;
+/// Successive rejected steps, with derivatives taken where they begin, after which a descent ends.
+const MAX_MISSES: usize = 4;
+/// Longest step in a coordinate: forces of filaments that sweep change by a factor of e.
+const MAX_STEP: f64 = 1.0;
+/// Fall of the sum of squares over that of the linear model: the least of an accepted step, and of
+/// one with a good Jacobian.
+const MIN_ACCEPTED_GAIN: f64 = 1e-3;
+const MIN_GOOD_GAIN: f64 = 0.25;
 /// Least weight of damping in a coordinate over the largest.
-const LEAST_WEIGHT: f64 = 1e-6;
-/// A descent may fall by so many times what its derivatives tell. From this number of steps on, it
-/// is stopped if that leads to no minimum near the lowest.
-const HOPE: f64 = 2.0;
-const TRIED: usize = 3;
+const MIN_WEIGHT: f64 = 1e-6;
+/// Largest fall of a descent over that of its linear model. From the second number of steps on, a
+/// descent is stopped if such a fall leads to no minimum near the lowest.
+const MAX_FALL_RATIO: f64 = 2.0;
+const MIN_TRIED_STEPS: usize = 3;
 /// Damping that only keeps equations solvable.
-const UNDAMPED: f64 = 1e-10;
-/// The most steps of a descent.
-const STEPS: usize = 30;
+const MIN_DAMPING: f64 = 1e-10;
+/// Largest number of steps of a descent.
+const MAX_STEPS: usize = 30;
 
 struct Descent {
     at: Minimum,
     damping: f64,
-    /// The factor by which damping grows next.
+    /// Factor by which damping grows next.
     growth: f64,
-    /// The fall of the sum of squares that the derivatives tell of, without damping.
+    /// Fall of the sum of squares by the linear model without damping.
     promise: f64,
-    /// Whether the derivatives are differences taken here.
+    /// `true` if the derivatives are differences taken here.
     is_fresh: bool,
-    /// Whether differences are to be taken before the next step.
+    /// `true` if differences are to be taken before the next step.
     is_blind: bool,
-    /// Whether it goes on.
+    /// `true` while the descent goes on.
     is_underway: bool,
-    /// Whether it was stopped far above the lowest.
+    /// `true` if the descent was stopped far above the lowest.
     is_stopped: bool,
-    /// Steps that were tried, and how many of them in succession were none with derivatives taken
-    /// where they began.
+    /// Steps that were tried, and successive rejected steps with derivatives taken where they
+    /// began.
     steps: usize,
     misses: usize,
 }
@@ -91,7 +91,7 @@ struct Descent {
 /// A step that a descent tries.
 struct Step {
     change: DVector<f64>,
-    /// The fall of the sum of squares that the derivatives tell.
+    /// Fall of the sum of squares by the linear model.
     falls: f64,
 }
 
@@ -111,11 +111,11 @@ impl Descent {
         }
     }
 
-    /// The next step within `limits`; none if the derivatives tell of a fall of less than `least`.
+    /// Returns the next step within `limits`; none if the linear model falls by less than `least`.
     fn step(&mut self, residuals: &DVector<f64>, limits: &[[f64; 2]], least: f64) -> Option<Step> {
         let Minimum { x, jacobian, .. } = &self.at;
         let gradient = jacobian.tr_mul(residuals);
-        // What is at an end of its range and would leave it stays there.
+        // A coordinate that would leave its range at an end stays there.
         let is_free = |&column: &usize| {
             let [low, high] = limits[column];
             !(x[column] <= low && gradient[column] > 0.0
@@ -127,7 +127,7 @@ impl Descent {
         let largest = normal.diagonal().max();
         let weights = normal
             .diagonal()
-            .map(|weight| weight.max(LEAST_WEIGHT * largest));
+            .map(|weight| weight.max(MIN_WEIGHT * largest));
         let solution = |damping: f64| {
             let damped = &normal + DMatrix::from_diagonal(&(&weights * damping));
             Cholesky::new(damped).map(|factors| -factors.solve(&gradient))
@@ -137,13 +137,13 @@ impl Descent {
         self.promise = if free.is_empty() {
             0.0
         } else {
-            falls(&solution(UNDAMPED)?)
+            falls(&solution(MIN_DAMPING)?)
         };
         if self.promise < least {
             return None;
         }
         let mut change = solution(self.damping)?;
-        while change.amax() > LEAP {
+        while change.amax() > MAX_STEP {
             self.damping *= 2.0;
             change = solution(self.damping)?;
         }
@@ -161,24 +161,24 @@ impl Descent {
         })
     }
 
-    /// Takes the forces at the end of a step, with the change of the residuals.
+    /// Accepts or rejects the end of a step, with the change of the residuals.
     fn take(&mut self, Step { change, falls }: &Step, end: Minimum, residuals: &DVector<f64>) {
         self.steps += 1;
         let is_simulated = end.squares.is_finite();
-        // A step that was cut at the bounds may promise nothing.
+        // The linear model of a step that was cut at the bounds may not fall.
         let gain = if is_simulated && *falls > 0.0 {
             (self.at.squares - end.squares) / falls
         } else {
             f64::NEG_INFINITY
         };
-        if gain > TAKEN {
+        if gain > MIN_ACCEPTED_GAIN {
             self.damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0);
             self.growth = GROWTH;
             self.misses = 0;
             let mut jacobian = std::mem::replace(&mut self.at.jacobian, DMatrix::zeros(0, 0));
             jacobian +=
                 (residuals - &jacobian * change) * change.transpose() / change.norm_squared();
-            self.is_blind = gain < GOOD;
+            self.is_blind = gain < MIN_GOOD_GAIN;
             self.is_fresh = false;
             self.at = Minimum { jacobian, ..end };
         } else {
@@ -187,11 +187,11 @@ impl Descent {
             self.is_blind = !self.is_fresh && is_simulated;
             self.misses += usize::from(!self.is_blind);
         }
-        self.is_underway = self.misses < MISSES && self.steps < STEPS;
+        self.is_underway = self.misses < MAX_MISSES && self.steps < MAX_STEPS;
     }
 }
 
-/// Goes one step further in all descents that are under way, side by side. False if none is.
+/// Advances all descents that are under way by one step, side by side. Returns `false` if none is.
 fn advance(
     model: &Model<'_>,
     descents: &mut [Descent],
@@ -242,7 +242,7 @@ fn advance(
     Ok(is_any)
 }
 
-/// Points with their forces and sums of squares, which are not numbers where they cannot be
+/// Returns points with their forces and sums of squares, which are NaN where a point cannot be
 /// simulated.
 pub fn evaluated(
     model: &Model<'_>,
@@ -263,25 +263,25 @@ pub fn evaluated(
     Ok(points.into_iter().zip(forces).map(minimum).collect())
 }
 
-/// Whether a descent leads to the same minimum as a lower one: the residuals are those that the
-/// derivatives there tell.
+/// Returns `true` if a descent leads to the same minimum as a lower one: its residuals are those of
+/// the linear model there.
 fn leads_to(model: &Model<'_>, lower: &Minimum, from: &Minimum) -> bool {
-    /// Share of the change of the residuals that the derivatives may miss.
-    const MISSED: f64 = 0.2;
+    /// Share of the change of the residuals that the linear model may miss.
+    const MAX_MISSED_SHARE: f64 = 0.2;
     let change = model.residuals(&from.forces) - model.residuals(&lower.forces);
     let step = DVector::from_iterator(
         from.x.len(),
         from.x.iter().zip(&lower.x).map(|(a, b)| a - b),
     );
     lower.jacobian.ncols() == from.x.len()
-        && (&change - &lower.jacobian * step).norm() < MISSED * change.norm()
+        && (&change - &lower.jacobian * step).norm() < MAX_MISSED_SHARE * change.norm()
 }
 
-/// Whether two sets of forces are those of one minimum.
+/// Returns `true` if two sets of forces are those of one minimum.
 fn is_same(model: &Model<'_>, these: &[f64], those: &[f64]) -> bool {
     let observations = &model.problem().observations;
     let difference = |((own, this), that): ((&Observation, &f64), &f64)| {
-        ((this - that) / own.std.max(SAME_RELATIVE * own.value)).powi(2)
+        ((this - that) / own.std.max(MIN_RELATIVE_STD * own.value)).powi(2)
     };
     let sum: f64 = observations
         .iter()
@@ -289,21 +289,21 @@ fn is_same(model: &Model<'_>, these: &[f64], those: &[f64]) -> bool {
         .zip(those)
         .map(difference)
         .sum();
-    (sum / observations.len() as f64).sqrt() < SAME
+    (sum / observations.len() as f64).sqrt() < MAX_RMS_DIFFERENCE
 }
 
-/// What the starts lead to.
+/// Minima to which the starts lead.
 pub struct Search {
     /// Different minima at a coarse precision, the lowest first.
     pub minima: Vec<Minimum>,
-    /// The number of starts that were stopped, as their derivatives promised no minimum near the
+    /// Number of starts that were stopped, because their derivatives promised no minimum near the
     /// lowest.
     pub stopped: usize,
-    /// The number of starts that cannot be simulated.
+    /// Number of starts that cannot be simulated.
     pub failed: usize,
 }
 
-/// The minima to which the starts lead.
+/// Finds the minima to which the starts lead.
 pub fn minima(model: &Model<'_>, precision: Precision) -> Result<Search, Interrupted> {
     let starts = starts(model, precision)?;
     let all = starts.len();
@@ -313,9 +313,9 @@ pub fn minima(model: &Model<'_>, precision: Precision) -> Result<Search, Interru
         let highest = model.highest(descents[0].at.squares);
         for descent in descents
             .iter_mut()
-            .filter(|descent| descent.is_underway && descent.steps >= TRIED)
+            .filter(|descent| descent.is_underway && descent.steps >= MIN_TRIED_STEPS)
         {
-            descent.is_stopped = descent.at.squares - HOPE * descent.promise > highest;
+            descent.is_stopped = descent.at.squares - MAX_FALL_RATIO * descent.promise > highest;
             descent.is_underway &= !descent.is_stopped;
         }
         let ended = all
@@ -323,7 +323,9 @@ pub fn minima(model: &Model<'_>, precision: Precision) -> Result<Search, Interru
                 .iter()
                 .filter(|descent| descent.is_underway)
                 .count();
-        model.simulator.tell(OF_STARTS * ended as f64 / all as f64);
+        model
+            .simulator
+            .tell(WORK_SHARE_OF_STARTS * ended as f64 / all as f64);
     }
     let (stopped, others): (Vec<Descent>, Vec<Descent>) = joined(model, descents)
         .into_iter()
@@ -342,7 +344,7 @@ pub fn minima(model: &Model<'_>, precision: Precision) -> Result<Search, Interru
     })
 }
 
-/// The descents that lead to different minima, the lowest first.
+/// Joins descents to the same minimum, and sorts them, the lowest first.
 fn joined(model: &Model<'_>, mut descents: Vec<Descent>) -> Vec<Descent> {
     descents.sort_by(|a, b| a.at.squares.total_cmp(&b.at.squares));
     let mut kept: Vec<Descent> = Vec::new();
@@ -359,7 +361,7 @@ fn joined(model: &Model<'_>, mut descents: Vec<Descent>) -> Vec<Descent> {
     kept
 }
 
-/// The same minima at a finer precision, side by side; none where it cannot be simulated.
+/// Refines minima at a finer precision, side by side. Minima that cannot be simulated are left out.
 pub fn refined(
     model: &Model<'_>,
     minima: Vec<Minimum>,
@@ -380,8 +382,8 @@ pub fn refined(
     descended(model, found.map(start).collect(), precision)
 }
 
-/// Where descents end that begin at points with their forces at this precision, side by side. Those
-/// that cannot be simulated end nowhere, and those that are not going to be the lowest.
+/// Returns the ends of descents from points with their forces at this precision, side by side.
+/// Descents that cannot be simulated are left out, as are those that will not be the lowest.
 pub fn descended(
     model: &Model<'_>,
     starts: Vec<Minimum>,
@@ -393,38 +395,38 @@ pub fn descended(
             .iter()
             .map(|descent| descent.at.squares)
             .fold(f64::INFINITY, f64::min);
-        descents.retain(|descent| descent.at.squares - HOPE * descent.promise <= lowest);
+        descents.retain(|descent| descent.at.squares - MAX_FALL_RATIO * descent.promise <= lowest);
     }
     let ends = descents.into_iter().map(|descent| descent.at);
     Ok(ends.filter(|end| end.squares.is_finite()).collect())
 }
 
-/// A lower minimum near one where contacts begin or end, which bend the forces: the best of
-/// descents from points around it, some standard errors by the `jacobian` away. `None` if there is
-/// none.
+/// Finds a lower minimum near one where contacts begin or end, which bend the forces. Descents
+/// begin at points around it, some standard errors by the `jacobian` away. `None` if there is none.
 pub fn lower(
     model: &Model<'_>,
     minimum: &Minimum,
     jacobian: &DMatrix<f64>,
     precision: Precision,
 ) -> Result<Option<Minimum>, Interrupted> {
-    /// The points that are tried, how far they are, and from how many of them a descent begins.
-    const TRIED: u32 = 48;
-    const REACH: f64 = 4.0;
+    /// Number of points, their largest distance in standard errors, and number of descents from the
+    /// best of them.
+    const TRIED_POINTS: u32 = 48;
+    const MAX_STANDARD_ERRORS: f64 = 4.0;
     const DESCENTS: usize = 4;
     /// Least relative fall of the sum of squares that counts.
-    const FALL: f64 = 1e-3;
+    const MIN_RELATIVE_FALL: f64 = 1e-3;
     let limits = model.limits();
     let errors = Errors::of(jacobian, 1.0);
     let point = |index: u32| -> Vec<f64> {
         let coordinate = |(dimension, [low, high]): (usize, &[f64; 2])| {
             let share = 2.0 * f64::from(sobol_burley::sample(index, dimension as u32, SEED)) - 1.0;
-            (minimum.x[dimension] + share * REACH * errors.standard_error(dimension))
+            (minimum.x[dimension] + share * MAX_STANDARD_ERRORS * errors.standard_error(dimension))
                 .clamp(*low, *high)
         };
         limits.iter().enumerate().map(coordinate).collect()
     };
-    let points = evaluated(model, (0..TRIED).map(point).collect(), precision)?;
+    let points = evaluated(model, (0..TRIED_POINTS).map(point).collect(), precision)?;
     let starts = lowest(points, DESCENTS).map(|start| Minimum {
         jacobian: jacobian.clone(),
         ..start
@@ -432,21 +434,21 @@ pub fn lower(
     let found = descended(model, starts.collect(), precision)?;
     let best = lowest(found, 1)
         .next()
-        .filter(|found| found.squares < (1.0 - FALL) * minimum.squares);
+        .filter(|found| found.squares < (1.0 - MIN_RELATIVE_FALL) * minimum.squares);
     Ok(best.map(|found| Minimum {
         starts: minimum.starts,
         ..found
     }))
 }
 
-/// The lowest of some points that can be simulated.
+/// Returns the `count` lowest of the points that can be simulated.
 fn lowest(mut points: Vec<Minimum>, count: usize) -> impl Iterator<Item = Minimum> {
     points.retain(|point| point.squares.is_finite());
     points.sort_by(|a, b| a.squares.total_cmp(&b.squares));
     points.into_iter().take(count)
 }
 
-/// The values of the file, and the best of points that fill the range.
+/// Returns the values of the file, and the best of points that fill the range.
 fn starts(model: &Model<'_>, precision: Precision) -> Result<Vec<Minimum>, Interrupted> {
     let problem = model.problem();
     let stated = problem

@@ -1,42 +1,41 @@
-//! How well a minimum determines the settings: covariance, correlations, singular values, and what
-//! remains open.
+//! Uncertainty of the settings at a minimum: covariance, correlations, singular values, and
+//! settings that are not determined.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::calibrate::parameters::Fitted;
 use crate::calibrate::problem::Problem;
 
-/// Relative standard error above which a value means nothing.
-const MEANINGLESS: f64 = 0.5;
-/// Share of its range that stands for the value of a setting that may be zero, where that is
-/// larger.
-const SMALL: f64 = 0.05;
+/// Relative standard error above which a value is not determined.
+const MAX_RELATIVE_ERROR: f64 = 0.5;
+/// Share of its range that replaces a smaller value of a setting that may be zero.
+const MIN_SIZE_SHARE: f64 = 0.05;
 /// Correlation above which two settings are not determined one by one.
-const ALIKE: f64 = 0.99;
-/// The least singular value over the largest: beyond it derivatives are rounding errors.
-const LEAST_SINGULAR: f64 = 1e-8;
+const MAX_CORRELATION: f64 = 0.99;
+/// Least singular value over the largest: below it derivatives are rounding errors.
+const MIN_SINGULAR_RATIO: f64 = 1e-8;
 /// Distance from a whole number up to which an exponent is printed as one.
-const NEARLY_WHOLE: f64 = 0.06;
+const WHOLE_TOLERANCE: f64 = 0.06;
 
-/// The linear theory of the errors at a minimum, in coordinates.
+/// Errors at a minimum by the linear theory, in coordinates.
 #[derive(Clone, Debug)]
 pub struct Errors {
     /// Covariance of the coordinates, before it is scaled by the residuals: `(JᵀJ)⁻¹`.
     pub unscaled: DMatrix<f64>,
-    /// The factor by which the residuals scale it: 1 if standard deviations are stated.
+    /// Factor of the covariance from the residuals: 1 if standard deviations are stated.
     pub scale: f64,
     /// Singular values of the Jacobian of the residuals over the coordinates, the largest first.
     pub singular_values: Vec<f64>,
 }
 
 impl Errors {
-    /// Those of a Jacobian.
+    /// Computes the errors from a Jacobian.
     #[must_use]
     pub fn of(jacobian: &DMatrix<f64>, scale: f64) -> Self {
         let decomposed = jacobian.clone().svd(false, true);
         let right = decomposed.v_t.expect("it was asked for").transpose();
         let values = decomposed.singular_values;
-        let least = LEAST_SINGULAR * values.max();
+        let least = MIN_SINGULAR_RATIO * values.max();
         let inverse = values.map(|value| {
             if value > 0.0 {
                 value.max(least).powi(-2)
@@ -54,19 +53,19 @@ impl Errors {
         }
     }
 
-    /// Covariance of the coordinates.
+    /// Returns the covariance of the coordinates.
     #[must_use]
     pub fn covariance(&self) -> DMatrix<f64> {
         &self.unscaled * self.scale
     }
 
-    /// Standard error of a coordinate.
+    /// Returns the standard error of a coordinate.
     #[must_use]
     pub fn standard_error(&self, column: usize) -> f64 {
         (self.unscaled[(column, column)] * self.scale).sqrt()
     }
 
-    /// Correlation of two coordinates.
+    /// Returns the correlation of two coordinates.
     #[must_use]
     pub fn correlation(&self, a: usize, b: usize) -> f64 {
         if a == b {
@@ -81,19 +80,19 @@ impl Errors {
 /// Settings that the forces do not determine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Undetermined {
-    /// Their positions among the fitted settings.
+    /// Positions among the fitted settings.
     pub settings: Vec<usize>,
-    /// How they change together while forces hardly do: the change of each coordinate, the largest
-    /// 1.
+    /// Joint change of the coordinates while forces hardly change, the largest 1.
     pub direction: Vec<f64>,
-    /// The exponents of a product of two positive settings that is determined, the first 1, and its
-    /// relative standard error.
+    /// Exponents of a determined product of two positive settings, the first 1, and its relative
+    /// standard error.
     pub product: Option<([f64; 2], f64)>,
-    /// In words.
+    /// Statement in words.
     pub statement: String,
 }
 
-/// The settings with `values` that are not determined, in groups of which each has a direction.
+/// Returns the settings with `values` that are not determined, in groups that each have a
+/// direction.
 #[must_use]
 pub fn undetermined(problem: &Problem, values: &[f64], errors: &Errors) -> Vec<Undetermined> {
     let count = values.len();
@@ -104,11 +103,11 @@ pub fn undetermined(problem: &Problem, values: &[f64], errors: &Errors) -> Vec<U
         let size = if fitted.is_logarithmic() {
             values[column]
         } else {
-            values[column].abs().max(SMALL * (high - low))
+            values[column].abs().max(MIN_SIZE_SHARE * (high - low))
         };
-        error > MEANINGLESS * size
+        error > MAX_RELATIVE_ERROR * size
     };
-    let is_alike = |a: usize, b: usize| errors.correlation(a, b).abs() > ALIKE;
+    let is_alike = |a: usize, b: usize| errors.correlation(a, b).abs() > MAX_CORRELATION;
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for column in 0..count {
         let partners = (0..count).any(|other| other != column && is_alike(column, other));
@@ -129,7 +128,7 @@ pub fn undetermined(problem: &Problem, values: &[f64], errors: &Errors) -> Vec<U
         .collect()
 }
 
-/// A group of settings that change together.
+/// Describes a group of settings that change together.
 fn described(
     problem: &Problem,
     values: &[f64],
@@ -207,7 +206,7 @@ fn described(
     }
 }
 
-/// A relative error as people write it.
+/// Formats a relative error for people.
 pub(crate) fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     if percent < 0.95 {
@@ -217,10 +216,10 @@ pub(crate) fn percent(share: f64) -> String {
     }
 }
 
-/// An exponent behind a symbol: superscript digits for a whole number.
+/// Formats an exponent behind a symbol: superscript digits for a whole number.
 fn power(exponent: f64) -> String {
     let whole = exponent.round();
-    if (exponent - whole).abs() > NEARLY_WHOLE * whole.abs().max(1.0) {
+    if (exponent - whole).abs() > WHOLE_TOLERANCE * whole.abs().max(1.0) {
         return format!("^{exponent:.2}");
     }
     const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];

@@ -9,16 +9,15 @@ use crate::text::number::{short, significant};
 use crate::calibrate::statistics::percent;
 use crate::calibrate::{Calibration, Next, SquareRoot};
 
-/// Probability of the sum of squares below which more than noise makes it as large.
-const NOT_NOISE: f64 = 0.01;
-/// Change of the simulated radius that is worth a word, over itself (MODEL).
-const CONVERGED: f64 = 5e-3;
-/// Minima whose sum of squares exceeds the least by at most so much, over the variance, are worth a
-/// word: noise makes such differences.
-const RIVAL: f64 = 12.0;
+/// Probability below which more than noise makes the sum of squares as large.
+const MIN_PROBABILITY: f64 = 0.01;
+/// Relative change of the simulated radius from which on it is reported (MODEL).
+const MAX_RADIUS_CHANGE: f64 = 5e-3;
+/// Largest Δχ², over the variance, at which a second minimum is reported: noise makes such
+/// differences.
+const MAX_DELTA_CHI_SQUARED: f64 = 12.0;
 
-/// The result in lines of at most `width` columns: values, what is wrong with them, and what to do
-/// next.
+/// Returns the result in lines of at most `width` columns: values, doubts about them, and advice.
 #[must_use]
 pub fn summary(calibration: &Calibration, width: usize) -> String {
     let mut text = String::new();
@@ -28,7 +27,7 @@ pub fn summary(calibration: &Calibration, width: usize) -> String {
     text
 }
 
-/// The statements of [`summary`].
+/// Returns the statements of [`summary`].
 #[must_use]
 pub fn lines(calibration: &Calibration) -> Vec<String> {
     let mut lines = vec![format!(
@@ -54,7 +53,7 @@ pub fn lines(calibration: &Calibration) -> Vec<String> {
     }
     if let Some(probability) = calibration
         .probability()
-        .filter(|probability| *probability < NOT_NOISE)
+        .filter(|probability| *probability < MIN_PROBABILITY)
     {
         line(format!(
             "noise alone explains such residuals with a probability of {}: look at residuals.csv for what they have in common, or \
@@ -69,7 +68,7 @@ pub fn lines(calibration: &Calibration) -> Vec<String> {
     match (&calibration.square_root, &calibration.problem.radii) {
         (Some(root), Some(radii)) => {
             line(square_root_words(calibration, root));
-            if radii.change_when_refined() >= CONVERGED {
+            if radii.change_when_refined() >= MAX_RADIUS_CHANGE {
                 let change = percent(radii.change_when_refined());
                 line(format!(
                     "the simulated radius still changes by {change} as more passes are added"
@@ -84,7 +83,7 @@ pub fn lines(calibration: &Calibration) -> Vec<String> {
     lines
 }
 
-/// Whether the square root of time fits the radii.
+/// Describes the fit of the radii by the square root of time.
 #[must_use]
 pub fn square_root_words(calibration: &Calibration, root: &SquareRoot) -> String {
     let freedom = calibration.degrees_of_freedom();
@@ -133,7 +132,7 @@ pub fn square_root_words(calibration: &Calibration, root: &SquareRoot) -> String
     }
 }
 
-/// `E = 2.62 ± 0.05 GPa, µ = 0.198 ± 0.007`, of what is determined.
+/// Formats the determined values: `E = 2.62 ± 0.05 GPa, µ = 0.198 ± 0.007`.
 fn values(calibration: &Calibration) -> String {
     let determined =
         (0..calibration.values.len()).filter(|&setting| calibration.is_determined(setting));
@@ -147,7 +146,7 @@ fn values(calibration: &Calibration) -> String {
     }
 }
 
-/// A setting with its value and its standard error: `E = 2.62 ± 0.05 GPa`.
+/// Formats a setting with its value and its standard error: `E = 2.62 ± 0.05 GPa`.
 #[must_use]
 pub fn estimate(calibration: &Calibration, setting: usize) -> String {
     let own = calibration.problem.fitted[setting].setting();
@@ -160,7 +159,7 @@ pub fn estimate(calibration: &Calibration, setting: usize) -> String {
         .to_owned()
 }
 
-/// A value and its error, which has one digit, or two if the first is a 1 or a 2.
+/// Formats a value and its error, which has one digit, or two if the first is a 1 or a 2.
 fn rounded(value: f64, error: f64) -> String {
     if !(error.is_finite() && error > 0.0 && value.is_finite()) {
         return short(value);
@@ -186,7 +185,7 @@ fn rounded(value: f64, error: f64) -> String {
     )
 }
 
-/// The correlation of the two settings that are correlated most.
+/// Formats the largest correlation of two settings.
 fn correlation(calibration: &Calibration) -> String {
     let determined: Vec<usize> = (0..calibration.values.len())
         .filter(|&setting| calibration.is_determined(setting))
@@ -214,7 +213,7 @@ fn correlation(calibration: &Calibration) -> String {
     )
 }
 
-/// How well the forces are met.
+/// Describes the fit of the forces.
 fn fit(calibration: &Calibration) -> String {
     let (count, freedom) = (
         calibration.problem.observations.len(),
@@ -246,7 +245,7 @@ fn fit(calibration: &Calibration) -> String {
     )
 }
 
-/// How many minima the starts found.
+/// Describes the minima that the starts found.
 #[must_use]
 pub fn minima(calibration: &Calibration) -> String {
     let Calibration {
@@ -288,7 +287,7 @@ pub fn minima(calibration: &Calibration) -> String {
     } else {
         String::new()
     };
-    let most = minima[0].0 + RIVAL * calibration.errors.scale;
+    let most = minima[0].0 + MAX_DELTA_CHI_SQUARED * calibration.errors.scale;
     let rival = minima.get(1).filter(|(squares, _)| *squares < most).map_or_else(
         || "; no other is nearly as low".to_owned(),
         |(squares, _)| {
@@ -303,7 +302,7 @@ pub fn minima(calibration: &Calibration) -> String {
 }
 
 impl Calibration {
-    /// A point to measure at, and what that is good for, in words.
+    /// Describes a point to measure at, and its benefit.
     #[must_use]
     pub fn next_words(&self, next: &Next) -> String {
         let best = next
@@ -327,7 +326,7 @@ impl Calibration {
     }
 }
 
-/// Speed and depth, as they were measured.
+/// Formats speed and depth, as they were measured.
 fn place(next: &Next) -> String {
     let depth = Setting::Number(
         bristle::model::parameters::Parameter::find(DEPTH).expect("the table has the depth"),

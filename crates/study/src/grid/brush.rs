@@ -1,5 +1,5 @@
-//! What is checked before a study of brushes begins, and which metrics results have. What a brush
-//! has beyond those of its tool is an [`Interaction`](crate::grid::Interaction).
+//! Checks before a study of brushes begins, and the metrics that results have. An
+//! [`Interaction`](crate::grid::Interaction) has further figures of a brush.
 
 use std::num::NonZeroUsize;
 
@@ -13,13 +13,13 @@ use crate::grid::case::tentative;
 use crate::grid::scheduler::thread_count;
 use crate::grid::study::Study;
 
-/// Why a study of brushes is not begun, in words.
+/// Reason why a study of brushes is not begun, in words.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{0}")]
 pub struct BrushStudyError(String);
 
-/// Checks that the filaments of each case can be arranged, before any of them is simulated, and
-/// that the cases which so many `threads` simulate at once need at most `memory` (bytes) together.
+/// Checks that the filaments of each case can be arranged, before any case is simulated. Cases that
+/// `threads` simulate at once may need at most `memory` (bytes) together.
 ///
 /// # Errors
 /// The first case that cannot be simulated; or else the memory.
@@ -58,21 +58,21 @@ pub fn check_brushes(
     }
 }
 
-/// What results have, by which tables leave out the metrics that they do not have.
+/// Properties of results, by which tables leave out the metrics that results do not have.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Having {
-    /// Whether they are those of brushes, rather than of single filaments.
+    /// `true` if the results are those of brushes, rather than of single filaments.
     pub brush: bool,
-    /// Whether the depth was found for a given force.
+    /// `true` if the depth was found for a given force.
     pub force: bool,
-    /// Whether the workpiece has edges.
+    /// `true` if the workpiece has edges.
     pub edge: bool,
-    /// What is known of removal.
+    /// Known coefficients of removal.
     pub removal: RemovalLaw,
 }
 
 impl Having {
-    /// The results of one contact or brush.
+    /// Returns the properties of one contact or brush.
     #[must_use]
     pub fn of(settings: &Settings) -> Self {
         Self {
@@ -86,7 +86,7 @@ impl Having {
         }
     }
 
-    /// The results of a study: what some case has.
+    /// Returns the properties that some case of a study has.
     #[must_use]
     pub fn of_study(study: &Study) -> Self {
         let having = study
@@ -119,7 +119,7 @@ impl Having {
         }
     }
 
-    /// Whether the results have what a metric needs.
+    /// Returns `true` if the results have what a metric needs.
     fn has(&self, needs: Needs) -> bool {
         let RemovalLaw {
             preston,
@@ -128,8 +128,8 @@ impl Having {
         } = self.removal;
         match needs {
             Needs::Nothing => true,
-            // How a lone filament answers a tilt of its clamp says little about one that others
-            // push and hold; and a brush has a balance of its own.
+            // The response of a lone filament to a tilt of its clamp says little about one that
+            // others push and hold. A brush has a balance of its own.
             Needs::OneFilament => !self.brush,
             Needs::GivenForce => self.force,
             Needs::Edge => self.edge,
@@ -140,14 +140,14 @@ impl Having {
     }
 }
 
-/// The metrics of a contact that tables of such results have.
+/// Returns the metrics that tables of results with these properties have.
 pub fn metric_columns(having: Having) -> impl Iterator<Item = &'static Column<Metrics>> + Clone {
     Metrics::COLUMNS
         .iter()
         .filter(move |column| having.has(column.display.needs))
 }
 
-/// The metrics that each filament of a brush has.
+/// Returns the metrics that each filament of a brush has.
 pub fn filament_columns() -> impl Iterator<Item = &'static Column<Metrics>> + Clone {
     metric_columns(Having {
         brush: true,

@@ -1,4 +1,4 @@
-//! What a case begins with, and what is kept of it.
+//! Summary of a simulated case, and the settings that it begins with.
 
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
@@ -11,21 +11,21 @@ use crate::grid::uncertainty::ForceScatter;
 /// The part of a simulated case that is kept.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CaseSummary {
-    /// The contact metrics, those of the last turn.
+    /// Contact metrics, those of the last turn.
     pub metrics: Metrics,
-    /// The contact normal impulse of each turn in N s.
+    /// Contact normal impulse of each turn in N s.
     pub turn_contact_normal_impulses_n_s: Vec<f64>,
-    /// The solver's work.
+    /// Work of the solver.
     pub statistics: Statistics,
-    /// The distribution of the tool force where filaments scatter. `None` if most of the sampled
-    /// tools failed.
+    /// Distribution of the tool force where filaments scatter. `None` if most of the sampled tools
+    /// failed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scatter: Option<ForceScatter>,
-    /// What a brush has beyond its metrics. `None` if the case is one filament alone.
+    /// Interaction in a brush. `None` if the case is one filament alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub brush: Option<Interaction>,
-    /// The largest relative change of the headline metrics when the case was repeated more
-    /// precisely. `None` if it was not.
+    /// Largest relative change of the headline metrics when the case was repeated more precisely.
+    /// `None` if it was not repeated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub change_when_checked: Option<f64>,
 }
@@ -33,7 +33,7 @@ pub struct CaseSummary {
 /// A case's summary, or the text of the error that ended it.
 pub type CaseResult = Result<CaseSummary, String>;
 
-/// Settings with a depth: the first one of a search, where they state a force.
+/// Returns settings with a depth: the first one of a search, where they state a force.
 #[must_use]
 pub fn tentative(settings: Settings) -> Settings {
     let first =

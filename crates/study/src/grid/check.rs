@@ -1,35 +1,35 @@
-//! How much a result changes when it is computed more precisely: a pass at a tenth of its
-//! tolerance, a brush at a quarter.
+//! Change of a result that is computed more precisely: a pass at a tenth of its tolerance, a brush
+//! at a quarter.
 //!
-//! What a numerical error does to a metric is not known, but mostly much smaller than this change.
+//! The numerical error of a metric is not known, but is mostly much smaller than this change.
 
 use bristle::model::metrics::Metrics;
 use bristle::model::record::{Column, Prominence, Record};
 use bristle::model::settings::Settings;
 use serde::Serialize;
 
-/// The shares of their tolerances at which a pass and a brush are repeated.
-const PASS_SHARE: f64 = 0.1;
-const BRUSH_SHARE: f64 = 0.25;
+/// Shares of their tolerances at which a pass and a brush are repeated.
+const PASS_TOLERANCE_SHARE: f64 = 0.1;
+const BRUSH_TOLERANCE_SHARE: f64 = 0.25;
 
-/// How a pass and a brush are repeated, in words.
+/// Shares of the tolerances, in words.
 pub const FINER_PASS: &str = "tenth of the tolerance";
 /// See [`FINER_PASS`].
 pub const FINER_BRUSH: &str = "quarter of the tolerance";
 
-/// A metric, and what it is when computed more precisely.
+/// Values of a metric as computed first and more precisely.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Change {
-    /// As it was computed first.
+    /// Value as computed first.
     pub value: f64,
-    /// As it is when computed more precisely.
+    /// Value as computed more precisely.
     pub checked: f64,
-    /// The difference over the larger one; zero if there is none.
+    /// Difference over the larger magnitude; zero if there is none.
     pub relative_change: f64,
 }
 
 impl Change {
-    /// That of a metric.
+    /// Returns the change of a metric.
     #[must_use]
     pub fn of(column: &Column<Metrics>, metrics: &Metrics, checked: &Metrics) -> Self {
         let [value, checked] = [metrics, checked].map(|metrics| column.get(metrics));
@@ -47,7 +47,7 @@ impl Change {
     }
 }
 
-/// The largest relative change of the metrics that tables show.
+/// Returns the largest relative change of the metrics that tables show.
 #[must_use]
 pub fn largest_change(metrics: &Metrics, checked: &Metrics) -> f64 {
     let shown = Metrics::COLUMNS
@@ -58,26 +58,27 @@ pub fn largest_change(metrics: &Metrics, checked: &Metrics) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// The settings with which a pass is repeated.
+/// Returns the settings with which a pass is repeated.
 #[must_use]
 pub fn finer_pass(settings: &Settings) -> Settings {
     let mut finer = settings.clone();
-    finer.solver.relative_tolerance *= PASS_SHARE;
+    finer.solver.relative_tolerance *= PASS_TOLERANCE_SHARE;
     finer
 }
 
-/// The settings with which a brush is repeated.
+/// Returns the settings with which a brush is repeated.
 #[must_use]
 pub fn finer_brush(settings: &Settings) -> Settings {
     let mut brush = settings.brush_or_default();
-    brush.tolerance *= BRUSH_SHARE;
+    brush.tolerance *= BRUSH_TOLERANCE_SHARE;
     Settings {
         brush: Some(brush),
         ..settings.clone()
     }
 }
 
-/// The text of `check.json`: how the result was computed `again`, and the changes of all metrics.
+/// Returns the text of `check.json`: the changes of all metrics, and a description of the
+/// repetition (`again`).
 #[must_use]
 pub fn check_text(again: &str, metrics: &Metrics, checked: &Metrics) -> String {
     let change = |column: &Column<Metrics>| {

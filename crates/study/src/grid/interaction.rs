@@ -1,5 +1,4 @@
-//! What is kept of a brush beyond the metrics of its tool: the effect of interaction, and the
-//! columns that it was taken from.
+//! Interaction in a brush: its effect, and the columns from which metrics were taken.
 
 use bristle::brush::{BrushResult, BrushStatistics, Stretch};
 use bristle::model::metrics::BETWEEN_SWEEPING_AND_STRIKING;
@@ -7,7 +6,8 @@ use bristle::model::record::{Display, Level, Prominence, Scope};
 use bristle::simulation::Statistics;
 use serde::{Deserialize, Serialize};
 
-/// Drawn in figures whose file names start with `file_name`, and shown in the tables of a terminal.
+/// Returns a display in figures whose file names start with `file_name`, and in tables of a
+/// terminal.
 const fn headline(file_name: &'static str, unit: &'static str, scope: Scope) -> Display {
     Display {
         prominence: Prominence::Headline,
@@ -18,7 +18,7 @@ const fn headline(file_name: &'static str, unit: &'static str, scope: Scope) -> 
     }
 }
 
-/// The line between interaction that raises the force and that lowers it.
+/// Line between interaction that raises the force and that lowers it.
 const NO_EFFECT: Level = Level {
     of: "interaction_factor",
     value: 1.0,
@@ -66,7 +66,7 @@ bristle::record! {
 }
 
 impl Interaction {
-    /// That of a brush.
+    /// Returns the interaction in a brush.
     #[must_use]
     pub fn of(result: &BrushResult) -> Self {
         let Stretch { first, last, .. } = result.stretch;
@@ -86,7 +86,7 @@ impl Interaction {
     }
 }
 
-/// The mean impulse of each turn of a brush, in N s. A single pass is one turn.
+/// Returns the mean impulse of each turn of a brush, in N s. A single pass is one turn.
 #[must_use]
 pub fn turn_impulses(result: &BrushResult) -> Vec<f64> {
     match &result.turn_contact_normal_impulses_n_s[..] {
@@ -95,7 +95,7 @@ pub fn turn_impulses(result: &BrushResult) -> Vec<f64> {
     }
 }
 
-/// The work of a brush as that of one simulation.
+/// Converts the statistics of a brush to those of one simulation.
 #[must_use]
 pub(crate) fn statistics(brush: &BrushStatistics) -> Statistics {
     Statistics {

@@ -1,12 +1,12 @@
 //! A study: one simulation for each point of a grid of settings.
 //!
-//! [`Sweep`] is one axis, over a [`Setting`] or over named [`Tool`]s, and [`Study`] the grid of
-//! all. [`run_study`] simulates the cases, in lanes and threads. [`uncertainty`] samples the tools
-//! of a case and has the band of their forces; [`mod@brush`] what a case with filaments that touch
-//! has beyond its metrics; [`check`] the change of a result that is computed more precisely.
+//! [`Sweep`] is one axis, over a [`Setting`] or over named [`Tool`]s, and [`Study`] the grid of all
+//! axes. [`run_study`] simulates the cases, in lanes and threads. [`uncertainty`] samples the tools
+//! of a case and has the band of their forces. [`Interaction`] compares a brush with one filament
+//! alone. [`check`] has the change of a result that is computed more precisely.
 //!
-//! Journals are tied to the sources of this module, because they decide what a case consists of:
-//! what only reads, prints or advises is in others.
+//! Journals are tied to the sources of this module, because these decide the content of a case.
+//! Code that only reads, prints or advises is in other modules.
 
 pub mod brush;
 mod case;

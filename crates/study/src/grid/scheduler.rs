@@ -27,7 +27,7 @@ use crate::grid::check::{finer_brush, finer_pass, largest_change};
 use crate::grid::interaction::{Interaction, statistics, turn_impulses};
 use crate::grid::uncertainty::{ForceScatter, Scatter, check};
 
-/// What a study may use.
+/// Threads and memory that a study may use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Resources {
     /// Number of threads; `None` for as many as cores.
@@ -48,9 +48,9 @@ impl From<Option<NonZeroUsize>> for Resources {
 /// Simulates all cases and returns their results in the order of the grid, whatever the number of
 /// threads.
 ///
-/// Where filaments scatter, the passes of the sampled tools are part of a case. A case of a brush
-/// is simulated by one thread, or by an equal share of the threads if there are fewer cases than
-/// these. If `threads` is `None`, there are as many threads as cores. Each simulates
+/// Where filaments scatter, the passes of the sampled tools are part of a case. One thread
+/// simulates a case of a brush, or an equal share of the threads if these outnumber the cases. If
+/// `threads` is `None`, there are as many threads as cores. Each simulates
 /// [`LANES`](bristle::equations::LANES) passes at a time. `on_case_done` is called after each case,
 /// from any thread. An error of a simulation ends only its case.
 ///
@@ -84,10 +84,10 @@ pub fn run_study(
         .collect())
 }
 
-/// The cases that have no result yet, counted from 0.
+/// Returns the cases without a result, counted from 0.
 ///
 /// # Panics
-/// If `results` has another length than the study has cases.
+/// If there are not as many `results` as cases.
 #[must_use]
 pub fn without_result(study: &Study, results: &[Option<CaseResult>]) -> Vec<usize> {
     assert_eq!(
@@ -100,13 +100,13 @@ pub fn without_result(study: &Study, results: &[Option<CaseResult>]) -> Vec<usiz
         .collect()
 }
 
-/// [`run_study`] for some `cases`, counted from 0, with the samples that `sampling` requests of
-/// each pass, until `stop` is requested.
+/// Simulates some `cases`, counted from 0, like [`run_study`], with the samples that `sampling`
+/// requests of each pass, until `stop` is requested.
 ///
-/// A case's result is the same to the bit, whichever others are simulated with it, and with samples
-/// too if `sampling` is [`alongside`](Sampling::alongside). `on_case_done` receives the case and
-/// its result. If it breaks, no further pass is started, passes under way are finished, and
-/// incomplete cases have no result, as those have none that end at their next step after a stop.
+/// The result of a case does not depend on the other cases, to the bit; nor on samples if
+/// `sampling` is [`alongside`](Sampling::alongside). `on_case_done` receives the case and its
+/// result. If it breaks, no further pass is started, and passes under way are finished. Incomplete
+/// cases have no result, nor have cases that a stop ends at their next step.
 ///
 /// `on_pass` receives the pass of each case and the case's number before `on_case_done` is called
 /// for that case. It receives neither the passes of sampled tools, nor those of a brush, nor passes
@@ -168,7 +168,7 @@ pub fn simulate_cases(
     )
 }
 
-/// [`simulate_cases`] with passes of another tool or workpiece than those of the settings, which
+/// Simulates cases like [`simulate_cases`], with passes of another tool or workpiece, which
 /// `pass_of` makes. Each thread simulates one case at a time. A case whose pass cannot be made has
 /// that error as its result.
 ///
@@ -206,8 +206,8 @@ where
     })
 }
 
-/// Some `cases` in the order of simulation, for callers that divide a study: kind by kind, and
-/// within a kind those with the most work first.
+/// Returns some `cases` in the order of simulation, for callers that divide a study: kind by kind,
+/// and within a kind those with the most work first.
 ///
 /// # Panics
 /// If the study has no such case.
@@ -223,8 +223,8 @@ pub fn by_work(study: &Study, cases: &[usize]) -> Vec<usize> {
     ordered
 }
 
-/// The work of a case, counted from 0, compared with others: steps are ways of the tips, and the
-/// memory of a brush is in proportion to its segments.
+/// Returns the work of a case, counted from 0, relative to others. Steps are in proportion to the
+/// ways of the tips, the memory of a brush to its segments.
 #[must_use]
 pub fn work(study: &Study, case: usize) -> f64 {
     let settings = study.settings(case);
@@ -236,8 +236,8 @@ pub fn work(study: &Study, case: usize) -> f64 {
     size * Pass::new(&settings).end_time() * settings.process.brushing_velocity_m_s
 }
 
-/// The bytes by which a brush may need more than at its beginning, when it takes more columns: an
-/// equal share for each of those that are simulated at once.
+/// Returns the bytes that a brush may need beyond those at its beginning, when it takes more
+/// columns. Brushes that are simulated at once have equal shares.
 fn spare_memory(study: &Study, cases: &[usize], threads: Option<NonZeroUsize>, memory: u64) -> u64 {
     let mut needs: Vec<u64> = cases
         .iter()
@@ -253,8 +253,8 @@ fn spare_memory(study: &Study, cases: &[usize], threads: Option<NonZeroUsize>, m
     memory.saturating_sub(needed) / at_once as u64
 }
 
-/// Simulates the brush of a case, which may come to need `spare` bytes of memory more, and again if
-/// the study checks its cases. `None` if it was asked to stop.
+/// Simulates the brush of a case, which may come to need `spare` more bytes of memory, and repeats
+/// it if the study checks its cases. `None` if it was asked to stop.
 fn simulate_brush(
     study: &Study,
     case: usize,
@@ -300,9 +300,9 @@ fn simulate_brush(
     }))
 }
 
-/// The distribution that a calibration leaves of the force of a brush with the metrics `tool`: that
-/// of a filament alone, times the effect of interaction. `None` if nothing is calibrated, or a
-/// filament alone has no force.
+/// Returns the distribution that a calibration leaves of the force of a brush with the metrics
+/// `tool`: that of a filament alone, times the effect of interaction. `None` if nothing is
+/// calibrated, or a filament alone has no force.
 ///
 /// # Errors
 /// If filaments alone cannot be sampled, in words.
@@ -339,13 +339,13 @@ pub fn calibration_band(
     Ok(scatter.map(|scatter| scatter.times(factor)))
 }
 
-/// The brush that `settings` state, by `simulate`, which returns its force and result, with its
-/// settings and the stiffness of the force in N/m. If the settings state a force, those returned
-/// have the depth at which the brush presses with it; the search begins at that of filaments alone.
-/// The stiffness is zero where they state a depth.
+/// Simulates the brush that `settings` state by `simulate`, which returns force and result. Returns
+/// the settings, the result, and the stiffness of the force in N/m. If `settings` state a force,
+/// the returned ones have the depth for it. The search begins at the depth for filaments alone. If
+/// `settings` state a depth, the stiffness is zero.
 ///
 /// # Errors
-/// If no depth reaches the force, or the first one of `simulate`.
+/// If no depth reaches the force, or the first error of `simulate`.
 pub fn press_brush<R, E: From<BrushError> + From<Unreachable>>(
     settings: &Settings,
     stop: &Stop,
@@ -374,8 +374,8 @@ pub fn press_brush<R, E: From<BrushError> + From<Unreachable>>(
     Ok((settings.at_depth(depth), result, stiffness))
 }
 
-/// [`simulate_cases`] where each thread simulates one case at a time, those with the most work
-/// first, until `simulate` returns none.
+/// Simulates cases like [`simulate_cases`], but each thread one case at a time, those with the most
+/// work first, until `simulate` returns none.
 fn complete_one_by_one(
     study: &Study,
     cases: &[usize],
@@ -402,7 +402,7 @@ fn complete_one_by_one(
     in_threads(study, cases.len(), threads, work)
 }
 
-/// Simulates so many cases of a study by `work` in each of some `threads`, this one included.
+/// Simulates `to_simulate` cases of a study by `work` in each of some `threads`, this one included.
 fn in_threads(
     study: &Study,
     to_simulate: usize,
@@ -425,8 +425,8 @@ fn in_threads(
     Ok(())
 }
 
-/// Cases that are simulated one by one, in reverse order of simulation: those with the most work
-/// are last.
+/// Returns cases that are simulated one by one, in reverse order of simulation: those with the most
+/// work are last.
 fn each_in_order_of_work(study: &Study, cases: &[usize]) -> Vec<usize> {
     let mut waiting: Vec<(f64, usize)> = cases
         .iter()
@@ -436,7 +436,7 @@ fn each_in_order_of_work(study: &Study, cases: &[usize]) -> Vec<usize> {
     waiting.into_iter().map(|(_, case)| case).collect()
 }
 
-/// The number of threads: what was asked for, or one per core.
+/// Returns the number of threads: `asked`, or one per core.
 #[must_use]
 pub fn thread_count(asked: Option<NonZeroUsize>) -> usize {
     asked
@@ -447,22 +447,22 @@ pub fn thread_count(asked: Option<NonZeroUsize>) -> usize {
 /// The passes that wait for simulation, and those being simulated.
 #[derive(Default)]
 struct Queue {
-    /// The cases to begin. The first one is last.
+    /// Cases to begin. The first one is last.
     waiting: Vec<(Kind, usize)>,
     begun: BTreeMap<usize, BegunCase>,
-    /// The tools of the cases that are begun, by number.
+    /// Tools of the cases that are begun, by number.
     inquiries: BTreeMap<usize, Inquiry>,
     /// Passes to give out, by kind, tool and place. The first one is last.
     ready: Vec<(Kind, usize, usize)>,
     /// Tool and place of each pass being simulated, by the number of its job.
     running: BTreeMap<usize, (usize, usize)>,
-    /// How many tools and passes there have been.
+    /// Numbers of tools and of passes so far.
     asked: usize,
     given: usize,
 }
 
-/// One tool of a case: the passes of the filaments along its trim, and again at other depths until
-/// it presses with the force that is asked for.
+/// One tool of a case: the passes of the filaments along its trim. They are repeated at other
+/// depths until the tool presses with the force that is asked for.
 struct Inquiry {
     case: usize,
     run: Run,
@@ -490,13 +490,13 @@ impl Inquiry {
         inquiry
     }
 
-    /// Begins with the filaments along the trim at the depth that is to be simulated.
+    /// Begins a round of the filaments along the trim, at the depth that is to be simulated.
     fn begin_round(&mut self) {
         self.places = places(&self.at_depth());
         self.results = vec![None; self.places.len()];
     }
 
-    /// The settings at the depth that is being simulated.
+    /// Returns the settings at the depth that is being simulated.
     fn at_depth(&self) -> Cow<'_, Settings> {
         match &self.search {
             Some(search) => Cow::Owned(self.settings.at_depth(search.depth())),
@@ -504,13 +504,13 @@ impl Inquiry {
         }
     }
 
-    /// The pass of the filament at a place, by number.
+    /// Returns the pass of the filament at a place, by number.
     fn pass(&self, place: usize) -> Pass {
         Pass::at(&self.at_depth(), self.places[place].s)
     }
 
-    /// Takes the result of a pass. `None` if others are still to come, at this depth or at the
-    /// next.
+    /// Takes the result of a pass. `None` if other passes are still to come, at this depth or at
+    /// the next.
     fn take(&mut self, place: usize, result: Simulation) -> Result<Option<Simulation>, String> {
         self.results[place] = Some(result);
         if self.results.contains(&None) {
@@ -543,7 +543,7 @@ impl Inquiry {
         ))
     }
 
-    /// Whether a round of passes is about to begin.
+    /// Returns `true` if a round of passes is about to begin.
     fn is_fresh(&self) -> bool {
         self.results.iter().all(Option::is_none)
     }
@@ -553,19 +553,19 @@ impl Inquiry {
 #[derive(Clone, Copy)]
 enum Run {
     Nominal,
-    /// The same at a tenth of the tolerance.
+    /// Nominal pass at a tenth of the tolerance.
     Finer,
-    /// The pass of a sampled tool.
+    /// Pass of a sampled tool.
     Tool(usize),
 }
 
-/// A case of which some passes have been given out.
+/// A case with passes that have been given out.
 struct BegunCase {
     start: Instant,
     settings: Settings,
-    /// Its tools. The first one is last.
+    /// Runs to begin. The first one is last.
     runs: Vec<Run>,
-    /// Tools without a result yet.
+    /// Runs without a result yet.
     left: usize,
     nominal: Option<CaseResult>,
     finer: Option<Metrics>,
@@ -608,7 +608,7 @@ impl BegunCase {
         sampled.unwrap_or_else(|| self.settings.clone())
     }
 
-    /// Takes the result of a tool. Returns true if it was the last.
+    /// Takes the result of a run. Returns `true` if the case is complete.
     fn take(&mut self, run: Run, result: &Result<Simulation, String>) -> bool {
         let metrics = result.as_ref().ok().map(|simulation| &simulation.metrics);
         match run {
@@ -657,7 +657,7 @@ impl BegunCase {
 }
 
 impl Queue {
-    /// The next pass of this kind, or of any kind.
+    /// Gives out the next pass of this kind, or of any kind.
     fn give_out(&mut self, study: &Study, kind: Option<Kind>) -> Option<Job> {
         let fits = |of: Kind| kind.is_none_or(|kind| kind == of);
         if !self.ready.last().is_some_and(|&(of, ..)| fits(of)) {
@@ -700,8 +700,8 @@ impl Queue {
         );
     }
 
-    /// Takes the result of a pass: with its case and simulation if it completes the nominal tool,
-    /// and the case if that is complete.
+    /// Takes the result of a pass. Returns the case and simulation of a nominal tool that it
+    /// completes, and the case that it completes.
     fn take<E: Display>(&mut self, number: usize, result: Result<Simulation, E>) -> Taken {
         let Some((asked, place)) = self.running.remove(&number) else {
             return Taken::default();
@@ -739,15 +739,16 @@ impl Queue {
     }
 }
 
-/// What the result of a pass completes.
+/// Nominal tool and case that the result of a pass completes.
 #[derive(Default)]
 struct Taken {
-    /// The nominal tool of a case, by number.
+    /// Nominal tool of a case, by number.
     nominal: Option<(usize, Simulation)>,
     complete: Option<(usize, BegunCase)>,
 }
 
-/// [`simulate_cases`] with a function that takes and simulates passes until there are none left.
+/// Simulates cases like [`simulate_cases`], by a function that takes and simulates passes until
+/// none is left.
 pub(super) fn complete_cases<E: Display>(
     study: &Study,
     cases: &[usize],
@@ -811,8 +812,9 @@ fn trace_case(number: usize, result: &CaseResult, begun: Instant) {
     }
 }
 
-/// The cases with their kinds, in reverse order of simulation. They are simulated kind by kind, and
-/// within a kind the longest passes first, so that threads and lanes finish at the same time.
+/// Returns the cases with their kinds, in reverse order of simulation. They are simulated kind by
+/// kind, and within a kind the longest passes first, so that threads and lanes finish at the same
+/// time.
 fn in_order_of_work(study: &Study, cases: &[usize]) -> Vec<(Kind, usize)> {
     let of_case = |&number: &usize| {
         let pass = Pass::new(&tentative(study.settings(number)));

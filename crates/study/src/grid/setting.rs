@@ -1,4 +1,4 @@
-//! What distinguishes the cases along an axis of a study, and how people read its values.
+//! Setting or named tools along an axis of a study, and texts of the values.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use crate::text::units::without_unit;
 use bristle::model::parameters::Parameter;
 use serde_json::{Value, json};
 
-/// The path of named tools: that of their axis, and the name of their column.
+/// Path of the axis of named tools, and name of their column.
 pub const TOOL: &str = "tool";
 
 /// Path of the setting that changes fastest in a study.
@@ -21,19 +21,19 @@ pub const DEPTH: &str = "process.penetration_depth_m";
 pub const FRICTION: &str = "contact.friction_coefficient";
 /// Path of the number of turns.
 pub const TURNS: &str = "process.turns";
-/// The path of the force with which a tool is pressed on.
+/// Path of the force with which a tool is pressed on.
 pub const FORCE: &str = "process.tool_force_n";
 
-/// The path of the setting that says where the workpiece is.
+/// Path of the setting that says where the workpiece is.
 pub const OFFSET: &str = "workpiece.offset_m";
 const SEGMENTS: &str = "filament.segments";
 
-/// What has different values along an axis of a study.
+/// Setting with different values along an axis of a study.
 #[derive(Clone, Debug)]
 pub enum Setting {
-    /// A number of the input file.
+    /// Number of the input file.
     Number(&'static Parameter),
-    /// One of several named tools. Its values are positions in the list of their names.
+    /// Several named tools. The values are positions in the list of names.
     Tool(Arc<[String]>),
 }
 
@@ -44,19 +44,19 @@ impl PartialEq for Setting {
 }
 
 impl Setting {
-    /// Dotted path of a number in the input file, or [`TOOL`].
+    /// Returns the dotted path of a number in the input file, or [`TOOL`].
     #[must_use]
     pub fn path(&self) -> &'static str {
         self.parameter().map_or(TOOL, |parameter| parameter.path)
     }
 
-    /// The section of the input file to which it belongs.
+    /// Returns the section of the input file that has the setting.
     #[must_use]
     pub fn section(&self) -> &'static str {
         self.parameter().map_or(TOOL, Parameter::section)
     }
 
-    /// The number of the input file; `None` if it is not one.
+    /// Returns the number of the input file; `None` for named tools.
     #[must_use]
     pub fn parameter(&self) -> Option<&'static Parameter> {
         match self {
@@ -65,7 +65,8 @@ impl Setting {
         }
     }
 
-    /// The names of the tools, whose positions are its values; `None` if its values are numbers.
+    /// Returns the names of the tools, whose positions are the values; `None` if values are
+    /// numbers.
     #[must_use]
     pub fn names(&self) -> Option<&[String]> {
         match self {
@@ -74,39 +75,39 @@ impl Setting {
         }
     }
 
-    /// In words.
+    /// Returns the name in words.
     #[must_use]
     pub fn name(&self) -> &'static str {
         self.parameter().map_or("tool", |parameter| parameter.name)
     }
 
-    /// The unit in which people read it; empty for a pure number.
+    /// Returns the unit in which people read values; empty for a pure number.
     #[must_use]
     pub fn unit(&self) -> &'static str {
         self.parameter()
             .map_or("", |parameter| readable(parameter).0)
     }
 
-    /// From the unit of the input file to that in which people read it.
+    /// Returns the factor from the unit of the input file to [`Self::unit`].
     #[must_use]
     pub fn factor(&self) -> f64 {
         self.parameter()
             .map_or(1.0, |parameter| readable(parameter).1)
     }
 
-    /// MODEL's symbol, or else the key without its unit.
+    /// Returns MODEL's symbol, or else the key without its unit.
     #[must_use]
     pub fn symbol(&self) -> Cow<'static, str> {
         self.parameter().map_or(Cow::Borrowed(TOOL), symbol)
     }
 
-    /// The key within its section.
+    /// Returns the key within its section.
     #[must_use]
     pub fn key(&self) -> &'static str {
         self.parameter().map_or(TOOL, Parameter::key)
     }
 
-    /// A short word for file names.
+    /// Returns a short word for file names.
     #[must_use]
     pub fn word(&self) -> &'static str {
         match self.path() {
@@ -118,11 +119,11 @@ impl Setting {
         }
     }
 
-    /// Name, symbol and unit, for an axis.
+    /// Returns name, symbol and unit, for an axis.
     #[must_use]
     pub fn label(&self) -> String {
         let symbol = self.parameter().map_or("", |parameter| parameter.symbol);
-        // A name that has to be explained has a short one in its key.
+        // The symbol or the key replaces a name that contains an explanation.
         let name = if self.name().contains(", ") {
             self.symbol()
         } else {
@@ -131,7 +132,7 @@ impl Setting {
         self.with_unit(format!("{name} {symbol}").trim_end())
     }
 
-    /// Symbol and unit, for a column.
+    /// Returns symbol and unit, for a column.
     #[must_use]
     pub fn heading(&self) -> String {
         self.with_unit(&self.symbol())
@@ -146,7 +147,7 @@ impl Setting {
         }
     }
 
-    /// A value with its unit, as in `10 m/s`, or the name of a tool.
+    /// Formats a value with its unit, as in `10 m/s`, or the name of a tool.
     #[must_use]
     pub fn text(&self, value: f64) -> String {
         match self {
@@ -155,7 +156,7 @@ impl Setting {
         }
     }
 
-    /// What it is, and a value, as in `v_b = 10 m/s` or `tool fine`.
+    /// Formats symbol and value, as in `v_b = 10 m/s` or `tool fine`.
     #[must_use]
     pub fn equation(&self, value: f64) -> String {
         match self {
@@ -164,7 +165,7 @@ impl Setting {
         }
     }
 
-    /// The name of a curve with this value: as [`Setting::equation`], but the name of a tool alone.
+    /// Returns the name of a curve with this value: the name of a tool, or [`Setting::equation`].
     #[must_use]
     pub fn legend(&self, value: f64) -> String {
         match self {
@@ -173,7 +174,7 @@ impl Setting {
         }
     }
 
-    /// Values without their unit: numbers have equally many decimals.
+    /// Formats values without their unit: numbers have equally many decimals.
     pub fn labels(&self, values: impl Iterator<Item = f64>) -> Vec<String> {
         match self {
             Self::Number(_) => labels(values.map(|value| value * self.factor())),
@@ -181,7 +182,7 @@ impl Setting {
         }
     }
 
-    /// A value for file names.
+    /// Formats a value for file names.
     #[must_use]
     pub fn file_word(&self, value: f64) -> String {
         match self {
@@ -190,7 +191,7 @@ impl Setting {
         }
     }
 
-    /// A value as JSON: a number in SI units, or the name of a tool.
+    /// Converts a value to JSON: a number in SI units, or the name of a tool.
     #[must_use]
     pub fn json(&self, value: f64) -> Value {
         match self {
@@ -200,7 +201,7 @@ impl Setting {
     }
 }
 
-/// A name with the characters alone that every file system allows.
+/// Replaces the characters of a name that not every file system allows.
 pub(super) fn file_word(name: &str) -> String {
     name.chars()
         .map(|letter| {
@@ -213,7 +214,7 @@ pub(super) fn file_word(name: &str) -> String {
         .collect()
 }
 
-/// The unit in which people read a number, and the factor to it.
+/// Returns the unit in which people read a number, and the factor to it.
 fn readable(parameter: &Parameter) -> (&'static str, f64) {
     match parameter.unit {
         "m" => ("mm", 1e3),
@@ -238,7 +239,7 @@ fn number_text(parameter: &Parameter, value: f64) -> String {
         .to_owned()
 }
 
-/// A number of the input file and its value, as in `v_b = 10 m/s`.
+/// Formats a number of the input file and its value, as in `v_b = 10 m/s`.
 #[must_use]
 pub fn equation(parameter: &'static Parameter, value: f64) -> String {
     format!("{} = {}", symbol(parameter), number_text(parameter, value))

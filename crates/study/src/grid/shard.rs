@@ -1,5 +1,4 @@
-//! Shards: parts of a study that are simulated by calls of their own, on different machines if need
-//! be.
+//! Shards: parts of a study that separate calls simulate, on different machines if need be.
 
 use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;
@@ -8,14 +7,14 @@ use std::str::FromStr;
 /// shards of a grid take about as long.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
-    /// Its number, from 1.
+    /// Number of the shard, from 1.
     number: usize,
-    /// The number of shards.
+    /// Number of shards.
     count: usize,
 }
 
 impl Shard {
-    /// Whether a case, counted from 0, belongs to it.
+    /// Returns `true` if the shard has a case, counted from 0.
     #[must_use]
     pub fn has(self, case: usize) -> bool {
         case % self.count == self.number - 1

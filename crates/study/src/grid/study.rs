@@ -20,7 +20,7 @@ use super::tool::{LONGEST_NAME, Tool, ToolText, are_alike, is_name};
 use crate::grid::case::{CaseResult, tentative};
 use crate::grid::uncertainty::{INPUTS, MOVING, check};
 
-/// The section of an input file whose sweeps make every case a brush.
+/// Section of an input file whose sweeps make every case a brush.
 pub const BRUSH: &str = "brush";
 
 /// The reasons why sweeps do not form a study.
@@ -32,9 +32,9 @@ pub enum StudyError {
     /// Two sweeps name settings that state the same.
     #[error("`{path}` and `{other}` cannot both be given: each follows from the other")]
     BothSwept {
-        /// Dotted path of the later one.
+        /// Dotted path of the later sweep.
         path: &'static str,
-        /// Dotted path of the other.
+        /// Dotted path of the other sweep.
         other: &'static str,
     },
     /// The grid has too many points.
@@ -45,7 +45,7 @@ pub enum StudyError {
         "the study has more than {MAX_TOOLS} sampled tools: reduce the number of cases or uncertainty.samples"
     )]
     TooManyTools,
-    /// A name that no tool can have.
+    /// Name that no tool can have.
     #[error(
         "a tool cannot be named `{}`: a name begins with a letter or digit, has at most {LONGEST_NAME} characters, and neither \
          control characters nor a space at its end",
@@ -57,19 +57,19 @@ pub enum StudyError {
         "the tools `{name}` and `{other}` need names that differ by more than capitals and punctuation"
     )]
     ToolsAlike {
-        /// The name of the later one.
+        /// Name of the later tool.
         name: String,
-        /// The name of the other.
+        /// Name of the other tool.
         other: String,
     },
-    /// The filaments of some tools only touch each other.
+    /// Only some tools have filaments that touch each other.
     #[error(
         "the filaments of the tool `{with}` touch each other, those of `{without}` do not: give both a section [brush], or none"
     )]
     SomeBrushes {
-        /// The name of a tool with `[brush]`.
+        /// Name of a tool with `[brush]`.
         with: String,
-        /// The name of one without it.
+        /// Name of a tool without it.
         without: String,
     },
     /// The settings of one case contradict each other.
@@ -77,9 +77,9 @@ pub enum StudyError {
     Case {
         /// Number of the case, counted from 0.
         case: usize,
-        /// Its tool, if tools are compared.
+        /// Name of the tool, if tools are compared.
         tool: Option<String>,
-        /// What is wrong with it.
+        /// Contradiction in the settings.
         violation: Violation,
     },
 }
@@ -91,19 +91,19 @@ fn of_tool(name: Option<&str>) -> String {
 /// A grid of settings.
 #[derive(Clone, Debug)]
 pub struct Study {
-    /// The named tools; without names only one.
+    /// Named tools; without names only one.
     tools: Vec<Tool>,
-    /// The sweeps from the slowest to the fastest.
+    /// Sweeps from the slowest to the fastest.
     sweeps: Vec<Sweep>,
     case_count: usize,
     checks: bool,
-    /// The memory that the brushes of some cases need, by their numbers.
+    /// Memory that the brushes of some cases need, by their numbers.
     needs: Arc<Mutex<BTreeMap<usize, Result<u64, BrushError>>>>,
 }
 
 impl Study {
-    /// The same study, in which each case is repeated more precisely ([`check`](crate::grid::check)). A
-    /// case that was not is then one without a result.
+    /// Returns the study with each case repeated more precisely ([`check`](crate::grid::check)). A
+    /// case that was not repeated then has no result.
     #[must_use]
     pub fn checked(self) -> Self {
         Self {
@@ -112,7 +112,7 @@ impl Study {
         }
     }
 
-    /// Whether each case is repeated more precisely.
+    /// Returns `true` if each case is repeated more precisely.
     #[must_use]
     pub fn checks(&self) -> bool {
         self.checks
@@ -120,13 +120,14 @@ impl Study {
 
     /// Makes a study of all combinations of the swept values, and checks each case.
     ///
-    /// The velocity changes fastest, then the depth, then the other sweeps. The first of these
-    /// changes slowest.
+    /// The velocity changes fastest, then the depth, then the other sweeps. The first of the other
+    /// sweeps changes slowest.
     pub fn new(base: Settings, sweeps: Vec<Sweep>) -> Result<Self, StudyError> {
         Self::on(vec![Tool::alone(base)], sweeps)
     }
 
-    /// [`Study::new`] for named tools, each with settings of its own. The tool changes slowest.
+    /// Makes a study like [`Study::new`], of named tools with settings of their own. The tool
+    /// changes slowest.
     ///
     /// # Panics
     /// If there is no tool.
@@ -151,7 +152,7 @@ impl Study {
         Self::on(tools, sweeps)
     }
 
-    /// The study of a list of cases, which need have nothing in common and have been
+    /// Makes a study of a list of cases, which need have nothing in common and have been
     /// [checked](check).
     ///
     /// # Panics
@@ -241,7 +242,7 @@ impl Study {
         Ok(study)
     }
 
-    /// Checks that the `settings` of a case have what is swept.
+    /// Checks that the `settings` of a case have the swept settings.
     fn check_presence(&self, case: usize, settings: &Settings) -> Result<(), Violation> {
         let numbers = self.sweeps.iter().zip(self.values(case));
         let mut numbers =
@@ -249,14 +250,14 @@ impl Study {
         numbers.try_for_each(|(parameter, value)| parameter.check_presence(settings, value))
     }
 
-    /// The settings that all cases of the first or only tool share. Swept settings have some value
-    /// here, usually their first.
+    /// Returns the settings that all cases of the first or only tool share. Swept settings have
+    /// some value here, usually their first.
     #[must_use]
     pub fn base(&self) -> &Settings {
         &self.tools[0].settings
     }
 
-    /// The named tools; none if the study does not compare tools.
+    /// Returns the named tools; none if the study does not compare tools.
     #[must_use]
     pub fn tools(&self) -> &[Tool] {
         if self
@@ -270,19 +271,20 @@ impl Study {
         }
     }
 
-    /// Their names.
+    /// Returns the names of the tools.
     #[must_use]
     pub fn tool_names(&self) -> Vec<String> {
         self.tools().iter().map(|tool| tool.name.clone()).collect()
     }
 
-    /// The named tool of a case, counted from 0; `None` if the study does not compare tools.
+    /// Returns the named tool of a case, counted from 0; `None` if the study does not compare
+    /// tools.
     #[must_use]
     pub fn tool(&self, case: usize) -> Option<&Tool> {
         self.tools().get(self.tool_of(case))
     }
 
-    /// The position of the tool of a case; zero if the study does not compare tools.
+    /// Returns the position of the tool of a case; zero if the study does not compare tools.
     #[must_use]
     pub fn tool_of(&self, case: usize) -> usize {
         case / (self.case_count / self.tools.len())
@@ -296,20 +298,20 @@ impl Study {
             && (0..self.case_count).all(|case| self.settings(case) == other.settings(case))
     }
 
-    /// The axes of the grid: the named tools, if there are any, and the swept settings, from the
-    /// slowest to the fastest.
+    /// Returns the axes of the grid: the named tools, if there are any, and the swept settings,
+    /// from the slowest to the fastest.
     #[must_use]
     pub fn sweeps(&self) -> &[Sweep] {
         &self.sweeps
     }
 
-    /// The axis of a setting.
+    /// Returns the axis of a setting.
     #[must_use]
     pub fn sweep(&self, path: &str) -> Option<&Sweep> {
         self.sweeps.iter().find(|sweep| sweep.path() == path)
     }
 
-    /// The sweeps of numbers in the form used in files.
+    /// Returns the sweeps of numbers in the form used in files.
     pub fn sweep_texts(&self) -> Vec<SweepText> {
         let numbers = self
             .sweeps
@@ -323,18 +325,18 @@ impl Study {
             .collect()
     }
 
-    /// The named tools in the form used in files.
+    /// Returns the named tools in the form used in files.
     pub fn tool_texts(&self) -> Vec<ToolText> {
         self.tools().iter().map(Tool::text).collect()
     }
 
-    /// The number of cases, at least one.
+    /// Returns the number of cases, at least one.
     #[must_use]
     pub fn case_count(&self) -> usize {
         self.case_count
     }
 
-    /// The value of each sweep in one case, counted from 0.
+    /// Returns the value of each sweep in one case, counted from 0.
     pub fn values(&self, case: usize) -> impl Iterator<Item = f64> + '_ {
         let mut stride = self.case_count;
         self.sweeps.iter().map(move |sweep| {
@@ -343,8 +345,8 @@ impl Study {
         })
     }
 
-    /// Whether tools are sampled in some case, because their filaments scatter or a calibration
-    /// leaves something open. Filaments of a brush scatter within it.
+    /// Returns `true` if tools are sampled in some case, because their filaments scatter or a
+    /// calibration leaves uncertainty. Filaments of a brush scatter within it.
     #[must_use]
     pub fn scatters(&self) -> bool {
         let is_calibrated = self
@@ -362,7 +364,7 @@ impl Study {
             })
     }
 
-    /// Whether the cases are brushes, whose filaments touch each other.
+    /// Returns `true` if the cases are brushes, whose filaments touch each other.
     #[must_use]
     pub fn has_brush(&self) -> bool {
         self.tools.iter().any(|tool| tool.settings.brush.is_some())
@@ -372,8 +374,8 @@ impl Study {
                 .any(|sweep| sweep.setting().section() == BRUSH)
     }
 
-    /// The memory in bytes that the brush of a case, counted from 0, needs at most. Its filaments
-    /// are arranged when it is first asked for.
+    /// Returns the memory in bytes that the brush of a case, counted from 0, needs at most. The
+    /// first call for a case arranges the filaments.
     ///
     /// # Errors
     /// If there is no such brush.
@@ -387,7 +389,7 @@ impl Study {
         })
     }
 
-    /// Whether the depth of some case follows from a force.
+    /// Returns `true` if the depth of some case follows from a force.
     #[must_use]
     pub fn is_pressed_on(&self) -> bool {
         self.sweep(FORCE).is_some()
@@ -397,12 +399,12 @@ impl Study {
                 .any(|tool| tool.settings.process.tool_force_n.is_some())
     }
 
-    /// Whether some case has more than one turn.
+    /// Returns `true` if some case has more than one turn.
     #[must_use]
     pub fn takes_turns(&self) -> bool {
         match self.sweep(TURNS) {
             Some(sweep) => sweep.values().iter().any(|&turns| turns > 1.0),
-            // Those of filaments that touch during the whole turn are as many as it takes.
+            // Filaments that touch during the whole turn take turns until they are steady.
             None => {
                 self.tools
                     .iter()
@@ -412,8 +414,8 @@ impl Study {
         }
     }
 
-    /// Whether filaments may touch the workpiece during the whole turn: on tools that are tilted or
-    /// whose filaments are not radial.
+    /// Returns `true` if filaments may touch the workpiece during the whole turn: on tools that are
+    /// tilted or whose filaments are not radial.
     fn may_touch_all_round(&self) -> bool {
         let swept = self
             .sweep("tool.tilt_rad")
@@ -426,7 +428,7 @@ impl Study {
         swept || self.tools.iter().any(|tool| tilted(&tool.settings))
     }
 
-    /// All settings of one case, counted from 0.
+    /// Returns all settings of one case, counted from 0.
     #[must_use]
     pub fn settings(&self, case: usize) -> Settings {
         let Tool { settings, held, .. } = &self.tools[self.tool_of(case)];
@@ -444,7 +446,7 @@ impl Study {
         settings
     }
 
-    /// The settings of each tool at the first and at the last values of all sweeps.
+    /// Returns the settings of each tool at the first and at the last values of all sweeps.
     pub(crate) fn each_tool_at_its_ends(&self) -> impl Iterator<Item = Settings> {
         self.tools.iter().flat_map(|tool| {
             [0, usize::MAX].map(|end| {
@@ -462,8 +464,8 @@ impl Study {
         })
     }
 
-    /// [`Study::settings`] at the depth that the `result` of the case has found, if they state a
-    /// force; where it failed, at the first one of the search.
+    /// Returns the settings of a case. If they state a force, the depth is the one that `result`
+    /// has found or, where the case failed, the first one of the search.
     #[must_use]
     pub fn settings_found(&self, case: usize, result: &CaseResult) -> Settings {
         let settings = self.settings(case);
@@ -475,8 +477,8 @@ impl Study {
         }
     }
 
-    /// The setting by which the study states how fast the tool turns: its rotational speed, or the
-    /// velocity of the tips.
+    /// Returns the setting by which the study states the speed of the tool: its rotational speed,
+    /// or the velocity of the tips.
     #[must_use]
     pub fn speed(&self) -> &'static Parameter {
         let path = if self.sweep(SPEED).is_some() {
@@ -487,7 +489,8 @@ impl Study {
         Parameter::find(path).expect("the table has velocity and speed")
     }
 
-    /// The value of a setting in a case: that of its axis, or the one that follows from the others.
+    /// Returns the value of a setting in a case: that of its axis, or the one that follows from
+    /// other settings.
     #[must_use]
     pub fn value(&self, setting: &Setting, case: usize) -> f64 {
         let swept = self
@@ -503,8 +506,8 @@ impl Study {
         stated.unwrap_or_else(follows)
     }
 
-    /// Whether a setting has different values in different cases of a tool, because it is swept or
-    /// follows from one that is.
+    /// Returns `true` if a setting differs between cases of a tool, because it is swept or follows
+    /// from a swept one.
     #[must_use]
     pub fn varies(&self, parameter: &Parameter) -> bool {
         let of_tool = self.case_count / self.tools.len();

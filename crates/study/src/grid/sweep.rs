@@ -13,9 +13,9 @@ pub const SHORT_NAMES: [(&str, &str); 3] = [
     ("penetration_depth_m", DEPTH),
 ];
 
-/// The largest number of cases in a study.
+/// Largest number of cases in a study.
 pub const MAX_CASES: usize = 1_000_000;
-/// The largest number of sampled tools in all cases of a study.
+/// Largest number of sampled tools in all cases of a study.
 pub const MAX_TOOLS: usize = 10_000_000;
 
 /// One axis of a study: a setting and its values.
@@ -30,11 +30,11 @@ pub struct Sweep {
 pub struct SweepText {
     /// Dotted path of the setting.
     pub setting: String,
-    /// Its values.
+    /// Values of the setting.
     pub values: Vec<f64>,
 }
 
-/// Why values form no sweep.
+/// Reason why values form no sweep.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{problem}")]
 pub struct SweepError {
@@ -57,7 +57,7 @@ fn too_many_values() -> SweepError {
 }
 
 impl Sweep {
-    /// A sweep over a list of values.
+    /// Creates a sweep over a list of values.
     pub fn list(parameter: &'static Parameter, values: Vec<f64>) -> Result<Self, SweepError> {
         if values.is_empty() {
             return Err("a sweep needs at least one value".to_owned().into());
@@ -77,7 +77,7 @@ impl Sweep {
         })
     }
 
-    /// A sweep from `start` in equal steps up to and including `stop`.
+    /// Creates a sweep from `start` in equal steps up to and including `stop`.
     ///
     /// Rounding does not exclude `stop`: the last step may miss it by one millionth of a step.
     pub fn range(
@@ -88,7 +88,7 @@ impl Sweep {
     ) -> Result<Self, SweepError> {
         /// Fraction of a step by which the last value may miss `stop`: far above rounding and far
         /// below any intended gap.
-        const SLACK: f64 = 1e-6;
+        const STOP_TOLERANCE: f64 = 1e-6;
 
         let steps = (stop - start) / step;
         if !(start.is_finite() && stop.is_finite() && step.is_finite()) {
@@ -96,11 +96,11 @@ impl Sweep {
                 .to_owned()
                 .into());
         }
-        if step == 0.0 || steps < -SLACK {
+        if step == 0.0 || steps < -STOP_TOLERANCE {
             let problem = format!("a step of {step:?} does not lead from {start:?} to {stop:?}");
             return Err(problem.into());
         }
-        let last = (steps + SLACK).floor();
+        let last = (steps + STOP_TOLERANCE).floor();
         // This also catches an overflow to infinity.
         if last >= MAX_CASES as f64 {
             return Err(too_many_values());
@@ -108,13 +108,13 @@ impl Sweep {
         let last = last as usize;
         let value = |index: usize| match index {
             0 => start,
-            _ if index == last && (steps - last as f64).abs() <= SLACK => stop,
+            _ if index == last && (steps - last as f64).abs() <= STOP_TOLERANCE => stop,
             _ => without_rounding_noise(start + index as f64 * step),
         };
         Self::list(parameter, (0..=last).map(value).collect())
     }
 
-    /// The axis of named tools.
+    /// Creates the axis of named tools.
     pub(super) fn tools(names: Vec<String>) -> Self {
         let values = (0..names.len()).map(|position| position as f64).collect();
         Self {
@@ -123,25 +123,25 @@ impl Sweep {
         }
     }
 
-    /// The setting that differs along the axis.
+    /// Returns the setting that differs along the axis.
     #[must_use]
     pub fn setting(&self) -> &Setting {
         &self.setting
     }
 
-    /// The path of this setting.
+    /// Returns the path of this setting.
     #[must_use]
     pub fn path(&self) -> &'static str {
         self.setting.path()
     }
 
-    /// Its values, at least one.
+    /// Returns the values, at least one.
     #[must_use]
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
-    /// Position in the order of sweeps: 0 is the outermost.
+    /// Returns the position in the order of sweeps: 0 is the outermost.
     pub(super) fn rank(&self) -> usize {
         match self.path() {
             VELOCITY | SPEED => 3,

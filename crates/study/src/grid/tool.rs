@@ -1,4 +1,4 @@
-//! Named tools: brushes of which each has settings of its own, and which a study compares.
+//! Named tools: brushes with settings of their own, which a study compares.
 
 use std::collections::BTreeMap;
 
@@ -15,27 +15,27 @@ pub(crate) const LONGEST_NAME: usize = 40;
 /// A tool that a study compares with others.
 #[derive(Clone, Debug)]
 pub struct Tool {
-    /// Its name.
+    /// Name of the tool.
     pub name: String,
-    /// Its settings. Those that the study sweeps have some value here.
+    /// Settings of the tool. Swept settings have some value here.
     pub settings: Settings,
-    /// The settings that state others in their own way, which do so in each case, and their values.
+    /// Settings that state others in their own way in each case, and their values.
     pub held: Vec<(&'static Parameter, f64)>,
 }
 
 /// A tool in the form used in files.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct ToolText<S = Settings> {
-    /// Its name.
+    /// Name of the tool.
     pub name: String,
-    /// Its settings.
+    /// Settings of the tool.
     pub settings: S,
-    /// The values of the settings that it holds, by their paths.
+    /// Values of the held settings, by their paths.
     pub held: BTreeMap<String, f64>,
 }
 
 impl Tool {
-    /// A tool without a name, the only one of its study.
+    /// Creates a tool without a name, the only one of its study.
     pub(super) fn alone(settings: Settings) -> Self {
         Self {
             name: String::new(),
@@ -44,7 +44,7 @@ impl Tool {
         }
     }
 
-    /// The form used in files.
+    /// Returns the form used in files.
     pub fn text(&self) -> ToolText {
         let held = self
             .held
@@ -60,10 +60,10 @@ impl Tool {
 }
 
 impl ToolText {
-    /// The tool.
+    /// Returns the tool.
     ///
     /// # Errors
-    /// The path of a setting that it holds, if there is no such setting.
+    /// The path of a held setting, if there is no such setting.
     pub fn tool(self) -> Result<Tool, String> {
         let held = self
             .held
@@ -77,7 +77,7 @@ impl ToolText {
     }
 }
 
-/// Whether a name can be that of a tool.
+/// Returns `true` if a tool can have this name.
 pub(super) fn is_name(name: &str) -> bool {
     let length = name.chars().count();
     name.starts_with(char::is_alphanumeric)
@@ -86,7 +86,8 @@ pub(super) fn is_name(name: &str) -> bool {
         && !name.contains(is_invisible)
 }
 
-/// Whether two names would be mistaken for each other, and in names of files may be the same.
+/// Returns `true` if two names would be mistaken for each other: in names of files they may be the
+/// same.
 pub(super) fn are_alike(name: &str, other: &str) -> bool {
     file_word(name).to_lowercase() == file_word(other).to_lowercase()
 }

@@ -1,5 +1,5 @@
-//! Numbers in tables as laboratories and spreadsheets write them: what separates cells, and what
-//! separates decimals.
+//! Numbers in tables as laboratories and spreadsheets write them: separators of cells and of
+//! decimals.
 //!
 //! Measured forces and control points are read by the same rules.
 
@@ -7,13 +7,13 @@ use crate::text::shortened;
 
 use crate::input::table::{DataError, Source, Table};
 
-/// What may separate cells, in the order in which they are tried.
+/// Separators of cells, in the order in which they are tried.
 pub const SEPARATORS: [char; 3] = [',', ';', '\t'];
-/// What may separate decimals.
+/// Separators of decimals.
 pub const DECIMALS: [char; 2] = ['.', ','];
 
-/// The separator of a table: that of its first line, or the first with which it `has_all` headings
-/// that are needed, or else the most frequent in the heading.
+/// Returns the separator of a table: that of its first line, or the first that gives all needed
+/// headings (`has_all`), or else the most frequent in the heading.
 pub(crate) fn separator_of(source: &Source<'_>, has_all: impl Fn(&[String]) -> bool) -> char {
     if let Some(stated) = source.stated_separator() {
         return stated;
@@ -29,7 +29,8 @@ pub(crate) fn separator_of(source: &Source<'_>, has_all: impl Fn(&[String]) -> b
         .unwrap_or(SEPARATORS[0])
 }
 
-/// Whether the numbers in `columns` have a decimal comma: some have a comma, and none has a point.
+/// Returns `true` if the numbers in `columns` have a decimal comma: some have a comma, and none has
+/// a point.
 ///
 /// # Errors
 /// If the commas or points may separate thousands instead.
@@ -50,8 +51,8 @@ pub(crate) fn has_decimal_comma(
         let Some((row, column, first)) = marked.next() else {
             continue;
         };
-        // Where a comma separates cells, it does not separate decimals; where it does not, it
-        // usually does, and points are those of thousands.
+        // Where commas separate cells, they do not separate decimals. Elsewhere they usually do,
+        // and points separate thousands.
         let is_usual = (mark == '.') == (separator == ',');
         if !is_usual
             && has_thousands(first, mark)
@@ -68,7 +69,7 @@ pub(crate) fn has_decimal_comma(
     Ok(false)
 }
 
-/// Whether the marks of a number may separate thousands.
+/// Returns `true` if the marks of a number may separate thousands.
 pub(crate) fn has_thousands(cell: &str, mark: char) -> bool {
     let mut groups = cell.split(mark);
     let first = groups
@@ -82,7 +83,8 @@ pub(crate) fn has_thousands(cell: &str, mark: char) -> bool {
         && groups.all(|group| group.len() == 3 && is_number(group))
 }
 
-/// The error about a number whose point or comma may separate thousands; `None` if it cannot.
+/// Returns the error about a number whose point or comma may separate thousands; `None` if it
+/// cannot.
 #[must_use]
 pub fn ambiguous(number: &str) -> Option<String> {
     let (mark, name) = [('.', "point"), (',', "comma")]
@@ -98,7 +100,7 @@ pub fn ambiguous(number: &str) -> Option<String> {
     })
 }
 
-/// A finite number as it stands in a cell.
+/// Reads a finite number as it stands in a cell.
 pub(crate) fn number(cell: &str, has_comma: bool) -> Option<f64> {
     let cell = cell.trim();
     let number = match has_comma {
@@ -109,7 +111,7 @@ pub(crate) fn number(cell: &str, has_comma: bool) -> Option<f64> {
     number.ok().filter(|number: &f64| number.is_finite())
 }
 
-/// The problem with a cell that is not a [`number`].
+/// Returns the problem with a cell that is not a [`number`].
 pub(crate) fn not_a_number(cell: &str, has_comma: bool) -> String {
     let decimal = if has_comma {
         " with a decimal comma"

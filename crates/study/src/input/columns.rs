@@ -1,26 +1,27 @@
-//! What the columns of a table of measured values hold, and how the table is written.
+//! Contents of the columns of a table of measured values, and format of the table.
 
 use crate::grid::{DEPTH, SPEED, VELOCITY};
 use crate::text::units::{TIMES, TORQUES, TURNS, Unit, own_keys, units_of};
 
-/// The largest size of a number in a table, in the unit of its key; beyond it, or below its
-/// reciprocal, a velocity is a slip of the pen. Sums and squares of such numbers are finite.
+/// Largest size of a number in a table, in the unit of its key. A larger velocity, or one below the
+/// reciprocal, is a slip of the pen. Sums and squares of such numbers are finite.
 pub const LARGEST: f64 = 1e100;
 
-/// Declares what columns hold, their list and their keys.
+/// Declares the quantities in columns, their list and their keys.
 macro_rules! quantities {
     ($($quantity:ident = $key:literal: $what:literal,)*) => {
-        /// What a column holds.
+        /// Quantity in a column.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
         pub enum Quantity {
             $(#[doc = $what] $quantity,)*
         }
 
         impl Quantity {
-            /// All of them.
+            /// All quantities.
             pub const ALL: [Self; [$($key),*].len()] = [$(Self::$quantity),*];
 
-            /// The name of its column, which ends with its unit, and of its key in the input file.
+            /// Returns the name of the column, which ends with its unit, and of the key in the
+            /// input file.
             #[must_use]
             pub fn key(self) -> &'static str {
                 match self {
@@ -50,15 +51,15 @@ quantities! {
 }
 
 impl Quantity {
-    /// What a tool exerts. Each of these is followed by its standard deviation in [`Self::ALL`].
+    /// Forces, torque and power of a tool. In [`Self::ALL`] the standard deviation follows each.
     pub const FORCES: [Self; 4] = [Self::Force, Self::Tangential, Self::Torque, Self::Power];
 
-    /// The standard deviation of one of [`Self::FORCES`].
+    /// Returns the standard deviation of one of [`Self::FORCES`].
     pub(crate) fn std(self) -> Self {
         Self::ALL[self as usize + 1]
     }
 
-    /// The position in [`Self::FORCES`] of what it is, or of what it is the standard deviation of.
+    /// Returns the position in [`Self::FORCES`] of the quantity, or of its force.
     pub(crate) fn force(self) -> Option<usize> {
         Self::FORCES
             .iter()
@@ -72,14 +73,14 @@ impl Quantity {
                 .is_some_and(|force| Self::FORCES[force] != self)
     }
 
-    /// Whether it is one of the two that state the speed of the tool.
+    /// Returns `true` for the two quantities that state the speed of the tool.
     #[must_use]
     pub fn is_speed(self) -> bool {
         matches!(self, Self::Velocity | Self::RotationalSpeed)
     }
 
-    /// The quantity that a key names, and the unit in which it does: that of its own key, or
-    /// another at the end.
+    /// Returns the quantity that a key names, and the unit of the key: the quantity's own, or
+    /// another.
     #[must_use]
     pub fn of_key(key: &str) -> Option<(Self, &'static Unit)> {
         let of_own = |quantity: Self| {
@@ -94,7 +95,7 @@ impl Quantity {
         own.or_else(|| own_keys(key).find_map(|(own, unit)| Some((quantity(&own)?, unit))))
     }
 
-    /// The path of the setting that is measured, if it is one.
+    /// Returns the path of the setting that is measured, if it is one.
     pub(crate) fn path(self) -> Option<&'static str> {
         match self {
             Self::Velocity => Some(VELOCITY),
@@ -104,15 +105,15 @@ impl Quantity {
         }
     }
 
-    /// Its units. The first is that of the key.
+    /// Returns the units. The first is that of the key.
     pub(crate) fn units(self) -> impl Iterator<Item = &'static Unit> {
         let own = self.own_units();
         own.iter()
             .chain(units_of(self.key()).filter(move |_| own.is_empty()))
     }
 
-    /// Its units, if its key does not tell them: it ends like that of another quantity, or they are
-    /// of tables only.
+    /// Returns the units, if the key does not tell them: it ends like that of another quantity, or
+    /// they are of tables only.
     fn own_units(self) -> &'static [Unit] {
         match self {
             Self::Torque | Self::TorqueStd => &TORQUES,
@@ -122,29 +123,30 @@ impl Quantity {
         }
     }
 
-    /// The names of its units.
+    /// Returns the names of the units.
     pub fn unit_names(self) -> impl Iterator<Item = &'static str> {
         self.units().flat_map(|unit| unit.names.iter().copied())
     }
 
-    /// Its unit of a name.
+    /// Returns the unit with a name.
     pub(crate) fn unit(self, name: &str) -> Option<&'static Unit> {
         self.units().find(|unit| unit.names.contains(&name))
     }
 
-    /// Its unit as people write it, which may be RPM or KN.
+    /// Returns the unit as people write it, which may be RPM or KN.
     pub(crate) fn unit_written(self, name: &str) -> Option<&'static Unit> {
         let is_it = |unit: &&Unit| unit.names.iter().any(|own| own.eq_ignore_ascii_case(name));
         self.unit(name).or_else(|| self.units().find(is_it))
     }
 
-    /// The unit in which a number would be between two others, if it is not that of the key.
+    /// Returns the unit in which a number would be between two others, if it is not that of the
+    /// key.
     pub fn unit_between(self, number: f64, [least, largest]: [f64; 2]) -> Option<&'static Unit> {
         self.units()
             .find(|unit| !unit.is_own() && (least..=largest).contains(&unit.to_own(number)))
     }
 
-    /// The least number that a cell may have, and what the limits are in words.
+    /// Returns the least number that a cell may have, and the limits in words.
     pub(crate) fn least(self) -> (f64, &'static str) {
         match self {
             Self::Velocity | Self::RotationalSpeed | Self::Depth | Self::EdgeRadius => {
@@ -160,32 +162,31 @@ impl Quantity {
 /// A column that the input file names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColumnName {
-    /// Its heading in the table.
+    /// Heading in the table.
     pub heading: String,
-    /// Its unit. If there is none, that in the heading, or that of the key.
+    /// Unit. If there is none, that in the heading, or that of the key.
     pub unit: Option<&'static Unit>,
 }
 
-/// How a table is written, as far as the input file states it.
+/// Format of a table, as far as the input file states it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Format {
-    /// What separates the cells of a row: one of [`SEPARATORS`](crate::input::cells::SEPARATORS).
+    /// Separator of the cells of a row: one of [`SEPARATORS`](crate::input::cells::SEPARATORS).
     pub separator: Option<char>,
-    /// A point or a comma.
+    /// Separator of decimals: a point or a comma.
     pub decimal: Option<char>,
-    /// The columns that have other headings than their keys, each quantity at most once.
+    /// Columns that have other headings than their keys, each quantity at most once.
     pub columns: Vec<(Quantity, ColumnName)>,
-    /// The heading of the column with the names of tools, if it is not
-    /// [`TOOL`](crate::grid::TOOL).
+    /// Heading of the column with the names of tools, if it is not [`TOOL`](crate::grid::TOOL).
     pub tool: Option<String>,
-    /// The names of the tools that the study compares.
+    /// Names of the tools that the study compares.
     pub tools: Vec<String>,
-    /// The standard deviation over the value, of what has none of its own.
+    /// Standard deviation over the value, for values without their own.
     pub relative_std: Option<f64>,
 }
 
 impl Format {
-    /// The column of a quantity, if the input file names it.
+    /// Returns the column of a quantity, if the input file names it.
     pub(crate) fn named(&self, quantity: Quantity) -> Option<&ColumnName> {
         self.columns
             .iter()
@@ -194,7 +195,7 @@ impl Format {
     }
 }
 
-/// The unit in a heading such as `Fz [kN]`, `Fz (kN)`, `Fz / kN` or `Fz in kN`.
+/// Returns the unit in a heading such as `Fz [kN]`, `Fz (kN)`, `Fz / kN` or `Fz in kN`.
 pub(crate) fn unit_in(heading: &str) -> Option<&str> {
     let bracketed = [('[', ']'), ('(', ')')]
         .into_iter()

@@ -5,13 +5,13 @@ use crate::text::units::units_of;
 use crate::input::cells::{has_decimal_comma, not_a_number, number, separator_of};
 use crate::input::table::{DataError, Source};
 
-/// The most control points of a profile.
+/// Largest number of control points of a profile.
 pub const MOST_CONTROL_POINTS: usize = 10_000;
 
-/// The columns of the table, in m. Others are skipped.
+/// Columns of the table, in m. Others are skipped.
 const COLUMNS: [&str; 2] = ["x_m", "y_m"];
 
-/// What a reader is told about a table that cannot be read.
+/// Advice about a table that cannot be read.
 const ADVICE: &str = "control points are a CSV file with a line of headings that has x_m and y_m, or x_mm and y_mm, and a line for each\n     \
     point, without separators of thousands";
 

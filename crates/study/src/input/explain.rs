@@ -1,4 +1,4 @@
-//! What a key of the input file means, from the table of settings and the JSON schema.
+//! Explanation of a key of the input file, from the table of settings and the JSON schema.
 
 use crate::text::shown;
 use bristle::model::parameters::{Parameter, Usual};
@@ -36,7 +36,7 @@ fn help(hint: &str) -> String {
     format!("\n   = help: {hint}")
 }
 
-/// The keys of all sections with their names, in lines of at most `width` columns.
+/// Lists the keys of all sections with their names, in lines of at most `width` columns.
 #[must_use]
 pub fn all_keys(width: usize) -> String {
     let schema = file_schema();
@@ -46,8 +46,8 @@ pub fn all_keys(width: usize) -> String {
         .collect()
 }
 
-/// What a key means: its description, unit, range, default and the source of the default. `key` is
-/// a path, the last part of one, either of them in another unit, or a section, whose keys are then
+/// Explains a key: its description, unit, range, default and the source of the default. `key` is a
+/// path, the last part of one, either of them in another unit, or a section, whose keys are then
 /// listed. Lines have at most `width` columns.
 ///
 /// # Errors
@@ -101,7 +101,7 @@ fn sections(schema: &Value) -> Vec<String> {
         .collect()
 }
 
-/// The paths of all keys, except those of the sweeps, which are paths themselves.
+/// Returns the paths of all keys, except those of the sweeps, which are paths themselves.
 fn paths(schema: &Value) -> Vec<String> {
     let keys = |section: &String| {
         let keys = schema["properties"][section]["properties"].as_object();
@@ -115,7 +115,7 @@ fn paths(schema: &Value) -> Vec<String> {
     sections(schema).iter().flat_map(keys).collect()
 }
 
-/// The keys of a section with their names.
+/// Lists the keys of a section with their names.
 fn keys_of(schema: &Value, section: &str, width: usize) -> String {
     let beginning = format!("{section}.");
     let mut text = String::new();
@@ -151,7 +151,7 @@ fn description<'s>(schema: &'s Value, path: &str) -> &'s str {
         .unwrap_or_default()
 }
 
-/// A text up to its first mark outside of brackets.
+/// Returns a text up to its first mark outside of brackets.
 fn first_clause(text: &str) -> &str {
     let mut depth = 0_usize;
     let end = text.find(|letter| {
@@ -165,8 +165,8 @@ fn first_clause(text: &str) -> &str {
     &text[..end.unwrap_or(text.len())]
 }
 
-/// A clause as it stands within a sentence: its first letter is small, unless the word is an
-/// abbreviation.
+/// Returns a clause as it stands within a sentence: the first letter is small, unless the word is
+/// an abbreviation.
 fn in_a_sentence(clause: &str) -> String {
     let mut letters = clause.chars();
     match (letters.next(), letters.next()) {
@@ -177,7 +177,7 @@ fn in_a_sentence(clause: &str) -> String {
     }
 }
 
-/// A text of a doc comment without its line breaks and marks of code.
+/// Returns a text of a doc comment without its line breaks and marks of code.
 fn one_line(text: &str) -> String {
     text.replace('`', "")
         .split_whitespace()
@@ -185,7 +185,7 @@ fn one_line(text: &str) -> String {
         .join(" ")
 }
 
-/// All that is known about a key.
+/// Returns all that is known about a key.
 fn entry(schema: &Value, path: &str, width: usize) -> String {
     let property = property(schema, path);
     let parameter = Parameter::find(path);
@@ -271,7 +271,7 @@ fn entry(schema: &Value, path: &str, width: usize) -> String {
     text
 }
 
-/// The default of a key in words.
+/// Describes the default of a key.
 fn default_of(property: &Value, parameter: Option<&Parameter>) -> String {
     if let Some(parameter) = parameter {
         let twins: Vec<&str> = parameter

@@ -21,34 +21,34 @@ use crate::text::units::{Unit, in_unit_of, units_of};
 /// A question about a brush or a machine.
 #[derive(Debug)]
 pub struct Question {
-    /// The name of the option that answers it.
+    /// Name of the option that answers it.
     pub option: &'static str,
-    /// The question, with the unit of the answer.
+    /// Question, with the unit of the answer.
     pub words: &'static str,
-    /// What is taken for an empty answer, if there is a usual one.
+    /// Value of an empty answer, if there is a usual one.
     pub default: Option<&'static str>,
     path: &'static str,
-    /// The unit of an answer without one.
+    /// Unit of an answer without one.
     unit: &'static str,
 }
 
-/// The path of the radius of the body, and those of the number of filaments: itself, and the share
-/// of the surface that they cover.
+/// Paths of the radius of the body, of the number of filaments, and of the share of the surface
+/// that they cover.
 const BODY_RADIUS: &str = "tool.body_radius_m";
 const COUNT: &str = "tool.filament_count";
 const SHARE: &str = "tool.fill_factor";
 
 /// Position of the question for the angle of the filaments, which only a cone has to state.
 pub const ANGLE: usize = 0;
-/// Position of that for the tilt, which is not asked.
+/// Position of the tilt, which is not asked.
 pub const TILT: usize = 1;
-/// Position of that for the length of the filaments.
+/// Position of the length of the filaments.
 pub const LENGTH: usize = 2;
-/// Position of that for the modulus, which a material answers.
+/// Position of the modulus, which a material answers.
 pub const MODULUS: usize = 4;
-/// Position of that for the width of the trim.
+/// Position of the width of the trim.
 pub const WIDTH: usize = 5;
-/// Position of that for the size of the brush, whose answer needs what filaments reach.
+/// Position of the size of the brush, whose answer needs the reach of the filaments.
 pub const SIZE: usize = 6;
 
 /// The answers to all questions, each in the unit of its setting; `None` stands for the default.
@@ -146,20 +146,19 @@ const fn question(
     }
 }
 
-/// How the size of a brush is stated, in m.
+/// Statement of the size of a brush, in m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Size {
-    /// The radius of its body.
+    /// Radius of the body.
     BodyRadius(f64),
-    /// The diameter of its body.
+    /// Diameter of the body.
     BodyDiameter(f64),
-    /// The diameter over its filaments.
+    /// Diameter over the filaments.
     ToolDiameter(f64),
 }
 
-/// How far, in m, filaments of a length reach beyond the radius of the body, on a trim of a width
-/// (m) of a kind of tool whose filaments are at an `angle` (rad) to the axis, if it is not that of
-/// the kind.
+/// Returns the reach in m of filaments of this length beyond the radius of the body, on a trim of
+/// this width. Their `angle` (rad) to the axis is that of the kind of tool if it is not given.
 #[must_use]
 pub fn reach_m(kind: ToolKind, angle: Option<f64>, [length_m, width_m]: [f64; 2]) -> f64 {
     let tool = ToolSettings {
@@ -177,10 +176,10 @@ pub fn reach_m(kind: ToolKind, angle: Option<f64>, [length_m, width_m]: [f64; 2]
 }
 
 impl Size {
-    /// The radius of the body in m, beyond which filaments reach by `reach_m`.
+    /// Returns the radius of the body in m, beyond which filaments reach by `reach_m`.
     ///
     /// # Errors
-    /// If it is not an allowed one, which then is told.
+    /// If the radius is not an allowed one. The error states the limits.
     pub fn body_radius_m(self, reach_m: f64) -> Result<f64, String> {
         let (radius_m, slip) = match self {
             Self::BodyRadius(radius_m) => (radius_m, ""),
@@ -198,12 +197,12 @@ impl Size {
 }
 
 impl Question {
-    /// The answer that a text states, in the unit of the setting. The number may have a decimal
-    /// comma, and a unit behind it. For the size of the brush, filaments reach beyond the body by
-    /// `reach_m` ([`reach_m`]).
+    /// Returns the answer that a text states, in the unit of the setting. The number may have a
+    /// decimal comma, and a unit behind it. For the size of the brush, filaments reach beyond the
+    /// body by `reach_m` ([`reach_m`]).
     ///
     /// # Errors
-    /// If it is no number, or not one that the setting may have; it says what to type.
+    /// If the text is no number that the setting may have. The error says what to type.
     pub fn answer(&self, text: &str, reach_m: f64) -> Result<f64, String> {
         if self.path == BODY_RADIUS {
             return self.size(text)?.body_radius_m(reach_m);
@@ -215,16 +214,16 @@ impl Question {
         Ok(value)
     }
 
-    /// The answer without one.
+    /// Returns the default answer.
     ///
     /// # Panics
-    /// If there is none.
+    /// If there is no default.
     fn default_answer(&self) -> f64 {
         let default = self.default.expect("there is an answer or a default");
         self.number(default).expect("a default is a number")
     }
 
-    /// The setting of an answer.
+    /// Returns the setting of an answer.
     fn parameter(&self, value: f64) -> &'static Parameter {
         parameter(if self.path == COUNT && value < 1.0 {
             SHARE
@@ -233,14 +232,14 @@ impl Question {
         })
     }
 
-    /// What is unusual about an answer, and the likely slip.
+    /// Describes an unusual answer, and the likely slip.
     #[must_use]
     pub fn unusual(&self, value: f64) -> Option<Unusual> {
         unusual_value(self.parameter(value), value)
     }
 
-    /// The size of a brush as people state it: the diameter over the filaments, or with a word
-    /// before it another.
+    /// Reads the size of a brush as people state it: the diameter over the filaments or, after a
+    /// word, another size.
     fn size(&self, text: &str) -> Result<Size, String> {
         let text = text.trim();
         let lower = text.to_lowercase();
@@ -256,10 +255,10 @@ impl Question {
         }
     }
 
-    /// The number that a text states, in the unit of the setting.
+    /// Reads the number that a text states, in the unit of the setting.
     ///
     /// # Errors
-    /// If it is none, or has a unit of something else.
+    /// If the text is no number, or has a unit of something else.
     pub fn number(&self, text: &str) -> Result<f64, String> {
         let text = text.trim();
         let is_of_number = |letter: char| letter.is_ascii_digit() || "+-.,eE".contains(letter);
@@ -290,7 +289,7 @@ impl Question {
         let value = match unit.trim() {
             "" if self.unit.is_empty() => Some(number),
             "" => in_unit_of(self.path, number, self.unit),
-            // All filaments cannot cover all of a surface; it would be taken for a single one.
+            // Filaments cannot cover 100 % of a surface; it would be taken for one filament.
             unit => in_unit_of(self.path, number, unit)
                 .filter(|value| self.path != COUNT || *value < 1.0),
         };
@@ -316,18 +315,18 @@ fn parameter(path: &str) -> &'static Parameter {
 /// An input file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FirstFile {
-    /// Its text.
+    /// Text of the file.
     pub text: String,
-    /// What is unusual in it.
+    /// Unusual values in it.
     pub unusual: Vec<Unusual>,
-    /// What to know of filaments that touch each other and cannot be simulated together; empty if
-    /// there are none.
+    /// Note about filaments that touch each other and cannot be simulated together; empty if there
+    /// are none.
     pub note: String,
 }
 
-/// An input file from the answers to [`QUESTIONS`] about a tool of some kind, and the material of
-/// the filaments if it is known, with a study up to the machine's limits. A question without an
-/// answer has its default, and the file does not state it. `name` is that of the file.
+/// Makes an input file with a study up to the machine's limits, from the answers to [`QUESTIONS`]
+/// about a tool of some kind. The material of the filaments is given if known. A question without
+/// an answer has its default, which the file does not state. `name` is that of the file.
 ///
 /// # Errors
 /// If the answers make no brush that can be simulated.
@@ -365,7 +364,7 @@ pub fn first_file(
             .collect::<Vec<_>>()
             .join(", ")
     };
-    // What nobody has answered is a comment: stated, it would pass for known.
+    // An unanswered question is a comment: stated, its default would pass for known.
     let section = |name: &str, settings: &[(&str, f64, bool)]| {
         let (known, unknown): (Vec<_>, Vec<_>) =
             settings.iter().partition(|(.., is_known)| *is_known);
@@ -485,7 +484,7 @@ pub fn first_file(
     })
 }
 
-/// The line of a kind that is not the default.
+/// Returns the line of a kind; empty for the default kind.
 fn line_of_kind(kind: ToolKind) -> String {
     let (word, what) = match kind {
         ToolKind::Round => return String::new(),
@@ -499,7 +498,7 @@ fn line_of_kind(kind: ToolKind) -> String {
     format!("{setting:34} # {what}\n")
 }
 
-/// A setting in rad as people state it, if it is stated.
+/// Returns the line of an angle in degrees; empty without a value.
 fn line_in_degrees((path, value): (&str, Option<f64>)) -> String {
     let Some(value) = value else {
         return String::new();
@@ -516,7 +515,7 @@ fn line_in_degrees((path, value): (&str, Option<f64>)) -> String {
     format!("{setting:34} # {symbol}: {name}, in degrees\n")
 }
 
-/// Why filaments that touch each other are simulated alone.
+/// Explains why filaments that touch each other are simulated alone.
 fn apart(settings: &Settings) -> String {
     format!(
         "The tips are {} diameters apart: filaments touch each other. Those of axial and conical trims are simulated alone all the same, \
@@ -525,8 +524,8 @@ fn apart(settings: &Settings) -> String {
     )
 }
 
-/// The section of filaments that touch each other. Its commented lines are guesses of what no brush
-/// is without.
+/// Returns the section of filaments that touch each other. Commented lines are guesses of the
+/// unevenness that every brush has.
 fn section_of_brush(settings: &Settings) -> String {
     let rows_differ = settings.tool.tilt_rad() != 0.0;
     let ends = if rows_differ {
@@ -549,17 +548,17 @@ fn section_of_brush(settings: &Settings) -> String {
     )
 }
 
-/// The standard deviation of the tilts of a brush that nobody has measured, in rad: a guess. It
-/// moves tips by 0.2 mm in 40.
+/// Standard deviation of the tilts of a brush that nobody has measured, in rad: a guess. It moves
+/// tips by 0.2 mm in 40.
 pub const ASSUMED_TILT_RAD: f64 = 5e-3;
-/// That of the shifts of the roots, over the diameter: a guess.
+/// Standard deviation of the shifts of the roots, over the diameter: a guess.
 const ASSUMED_SHIFT: f64 = 0.05;
 
 /// Longest line of prose, in columns.
 const WIDTH_OF_NOTES: usize = 90;
 const COMMENT: &str = "# ";
 
-/// A setting with its name and unit as a comment, after a `beginning`.
+/// Returns the line of a setting with its name and unit as a comment, after a `beginning`.
 fn line(beginning: &str, path: &str, value: f64) -> String {
     let parameter = Parameter::find(path).expect("the file has settings only");
     let setting = format!(
@@ -579,7 +578,7 @@ fn line(beginning: &str, path: &str, value: f64) -> String {
     )
 }
 
-/// The line that names a material, with what it states as a comment.
+/// Returns the line that names a material, with its values as a comment.
 fn line_of_material(material: &Material) -> String {
     let Material {
         name,
@@ -588,7 +587,7 @@ fn line_of_material(material: &Material) -> String {
         caution,
         ..
     } = material;
-    // Only of what water or heat changes the condition matters.
+    // The condition matters only for materials that water or heat changes.
     let dry = if caution.is_empty() {
         ""
     } else {
@@ -599,7 +598,7 @@ fn line_of_material(material: &Material) -> String {
     format!("{setting:34} # E = {modulus} GPa, ρ = {density} kg/m³{dry}\n")
 }
 
-/// Four significant digits.
+/// Rounds to four significant digits.
 fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
@@ -608,7 +607,7 @@ fn rounded(value: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The answers to all questions but those about the pose, typed by a person.
+    /// Returns the answers to all questions but those about the pose, as a person types them.
     fn typed(texts: [&str; 9]) -> Answers {
         let mut answers = [None; 11];
         for ((answer, question), text) in answers.iter_mut().zip(&QUESTIONS).skip(LENGTH).zip(texts)

@@ -1,8 +1,8 @@
 //! Coefficients of friction of abrasive filaments on workpieces, for files that do not state
 //! theirs.
 //!
-//! No measured coefficients of such filaments were found, so that each range is a guess, as wide as
-//! what was found of similar pairs.
+//! No measured coefficients of such filaments were found. Each range is a guess, as wide as the
+//! values found for similar pairs.
 
 use crate::text::layout::wrap;
 use crate::text::number::short;
@@ -10,19 +10,19 @@ use crate::text::number::short;
 /// Path of the setting.
 pub const FRICTION: &str = "contact.friction_coefficient";
 
-/// What removes the doubt about a coefficient that is not stated.
+/// Remedy for the doubt about a coefficient that is not stated.
 pub const REMEDY: &str = "Measured forces remove this doubt: name them in [measured], or drag the brush (docs/trust.md).";
 
 /// Abrasive polyamide filaments on a workpiece.
 #[derive(Debug)]
 pub struct Pairing {
-    /// What the workpiece is made of.
+    /// Material of the workpiece.
     pub workpiece: &'static str,
     /// `"dry"` or `"wet"`: with water, coolant or oil.
     pub condition: &'static str,
-    /// The least and the largest coefficient to expect.
+    /// Least and the largest coefficient to expect.
     pub range: [f64; 2],
-    /// Where the range comes from.
+    /// Source of the range.
     pub source: &'static str,
 }
 
@@ -75,7 +75,7 @@ impl Pairing {
     }
 }
 
-/// The least and the largest coefficient of all pairings.
+/// Returns the least and the largest coefficient of all pairings.
 #[must_use]
 pub fn range_of_all() -> [f64; 2] {
     PAIRINGS.iter().fold(
@@ -84,7 +84,7 @@ pub fn range_of_all() -> [f64; 2] {
     )
 }
 
-/// The ranges of all pairings in a sentence.
+/// Lists the ranges of all pairings in a sentence.
 #[must_use]
 pub fn ranges() -> String {
     let [least, largest] = range_of_all().map(short);
@@ -104,7 +104,7 @@ pub fn ranges() -> String {
     format!("Abrasive filaments may have {least} to {largest}: {workpieces}.")
 }
 
-/// All pairings with their sources, in lines of at most `width` columns.
+/// Lists all pairings with their sources, in lines of at most `width` columns.
 #[must_use]
 pub fn pairing_list(width: usize) -> String {
     let mut text = String::new();

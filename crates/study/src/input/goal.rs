@@ -1,12 +1,12 @@
-//! `[goal]`: what a study is asked for.
+//! Section `[goal]`: the question that a study answers.
 
 use serde_json::{Value, json};
 
 pub(crate) const GOAL: &str = "goal";
-/// Its key for what there is to be most of, and the words for that.
+/// Key of the quantity to maximise, and the words for such quantities.
 pub(crate) const MOST: &str = "most";
 pub(crate) const MOST_OF: [&str; 3] = ["force", "edge", "removal"];
-/// Its other keys, which are numbers, with what they are.
+/// Other keys, which are numbers, with their meanings.
 pub(crate) const NUMBERS: [(&str, &str); 8] = [
     (
         "target_force_n",
@@ -30,7 +30,7 @@ pub(crate) const NUMBERS: [(&str, &str); 8] = [
     ),
 ];
 
-/// The largest value of a number.
+/// Returns the largest value of a number.
 pub(crate) fn largest(key: &str) -> f64 {
     if key.ends_with("ratio") {
         1.0
@@ -39,7 +39,7 @@ pub(crate) fn largest(key: &str) -> f64 {
     }
 }
 
-/// What a number must be.
+/// Describes the allowed values of a number.
 pub(crate) fn allowed(key: &str) -> &'static str {
     if largest(key) == 1.0 {
         "a number greater than 0 and at most 1"

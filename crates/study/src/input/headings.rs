@@ -1,5 +1,5 @@
-//! Which column of a table of measured forces holds what, as far as headings tell: the lines of the
-//! input file that name the columns.
+//! Columns of a table of measured forces, guessed from their headings: the lines of the input file
+//! that name the columns.
 
 use std::borrow::Cow;
 
@@ -12,11 +12,11 @@ use crate::input::cells::number;
 use crate::input::columns::{Format, Quantity, unit_in};
 use crate::input::table::{Table, tidy_heading};
 
-/// Longest heading that is guessed from, in bytes. Longer ones are not names.
+/// Longest heading that is guessed from, in bytes. Longer headings are not names.
 const LONGEST_HEADING: usize = 100;
 
-/// What people call the quantities, besides the other names of settings, in small letters and
-/// without separators. Words of five letters and more may also end a compound.
+/// Names of the quantities, besides the other names of settings, in small letters and without
+/// separators. Words of five letters and more may also end a compound.
 const WORDS: [(Quantity, &[&str]); 8] = [
     (
         Quantity::Std,
@@ -44,21 +44,21 @@ const WORDS: [(Quantity, &[&str]); 8] = [
     (Quantity::Power, &["pw", "power", "leistung"]),
 ];
 /// Length of the shortest word that may end a compound, in bytes.
-const COMPOUND: usize = 5;
+const MIN_COMPOUND_LENGTH: usize = 5;
 
 /// A column as its heading describes it.
 struct Described {
     heading: String,
-    /// The words of the heading, and all of them as one.
+    /// Words of the heading, and all of them as one.
     words: Vec<String>,
-    /// Its unit, if it is one of what is measured.
+    /// Unit, if it is one of a measured quantity.
     unit: Option<String>,
-    /// The largest number.
+    /// Largest magnitude of the numbers.
     largest: f64,
 }
 
-/// Advice with the lines that name the columns of a table: those that the input file names rightly,
-/// and those that headings tell. If no heading tells anything, it is `otherwise`.
+/// Returns advice with the lines that name the columns of a table: those that the input file names
+/// rightly, and those that headings tell. If no heading tells anything, it is `otherwise`.
 pub(crate) fn lines_to_paste(
     table: &Table<'_>,
     format: &Format,
@@ -85,7 +85,7 @@ pub(crate) fn lines_to_paste(
             lines.push((*quantity, columns[position].line(*quantity, Some(unit))));
         }
     }
-    // The most certain first.
+    // The most certain guesses first.
     let mut guesses: Vec<(u8, Quantity, usize)> = Vec::new();
     for quantity in WORDS.map(|(quantity, _)| quantity) {
         let certain = columns
@@ -145,7 +145,7 @@ pub(crate) fn lines_to_paste(
     ))
 }
 
-/// The columns of a table whose headings may be names.
+/// Returns the columns of a table whose headings may be names.
 fn described(table: &Table<'_>) -> Vec<Described> {
     let largest = |position: usize| {
         let cells = table.rows().iter().filter_map(|row| row.get(position));
@@ -199,7 +199,7 @@ impl Described {
         }
     }
 
-    /// Whether its name is one of a quantity.
+    /// Returns `true` if the name is one of a quantity.
     fn is_called(&self, quantity: Quantity) -> bool {
         let of_setting = quantity
             .path()
@@ -213,25 +213,25 @@ impl Described {
         let names: Vec<String> = own.map(|&word| word.to_owned()).chain(of_setting).collect();
         let is_name = |word: &String| {
             names.iter().any(|name| {
-                word == name || (name.len() >= COMPOUND && word.ends_with(name.as_str()))
+                word == name || (name.len() >= MIN_COMPOUND_LENGTH && word.ends_with(name.as_str()))
             })
         };
         self.words.iter().any(is_name)
     }
 
-    /// Its unit, if it is one of a quantity.
+    /// Returns the unit, if it is one of a quantity.
     fn unit_of(&self, quantity: Quantity) -> Option<&'static Unit> {
         self.unit
             .as_deref()
             .and_then(|unit| quantity.unit_written(unit))
     }
 
-    /// How certain it is that it holds a quantity; 0 if nothing says so.
+    /// Returns the certainty that the column holds a quantity; 0 if nothing says so.
     fn tells(&self, quantity: Quantity) -> u8 {
         match (self.is_called(quantity), self.unit_of(quantity).is_some()) {
             // The unit is that of another quantity.
             (_, false) if self.unit.is_some() => 0,
-            // A force with the word of a deviation is one.
+            // A force with the word of a deviation is a deviation.
             _ if quantity == Quantity::Force && self.is_called(Quantity::Std) => 0,
             (false, true) if matches!(quantity, Quantity::Std | Quantity::Tangential) => 0,
             // A tangential force is called a force, too.
@@ -243,8 +243,8 @@ impl Described {
         }
     }
 
-    /// The line of the input file that names it, in a unit that is stated, or else in that of its
-    /// heading, or in the first in which its largest number is usual.
+    /// Returns the line of the input file that names the column. The unit is the stated one, or
+    /// that of the heading, or the first in which the largest number is usual.
     fn line(&self, quantity: Quantity, stated: Option<&'static Unit>) -> String {
         let usual = quantity
             .path()
@@ -283,7 +283,7 @@ impl Described {
     }
 }
 
-/// A text as TOML, with what cannot be seen escaped.
+/// Returns a text as TOML, with invisible characters escaped.
 fn toml_text(text: &str) -> String {
     let mut quoted = String::from('"');
     for letter in text.chars() {

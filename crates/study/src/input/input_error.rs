@@ -13,7 +13,7 @@ const LONGEST_LINE: usize = 72;
 pub(crate) const LONGEST_KEY: usize = 80;
 pub(crate) const LONGEST_MESSAGE: usize = 200;
 
-/// What is wrong with an input file, where, and what to do about it.
+/// Problem in an input file, its place, and advice.
 ///
 /// Prints several lines: the problem, the file, line and column with the line itself, and the
 /// advice.
@@ -23,11 +23,11 @@ pub struct InputError {
     /// Dotted path of the key that is to blame, or the name of a section. `None` if the text as a
     /// whole is.
     pub key: Option<String>,
-    /// What is wrong.
+    /// Statement of the problem.
     pub problem: String,
-    /// Where it is wrong.
+    /// Place of the problem.
     pub location: Box<Location>,
-    /// What to do; empty if the problem says it all.
+    /// Advice; empty if the problem says it all.
     pub advice: String,
 }
 
@@ -48,7 +48,7 @@ pub struct Location {
     pub line: usize,
     /// Column in characters, counted from 1.
     pub column: usize,
-    /// The line itself, cut if long, without control characters.
+    /// Line, cut if long, without control characters.
     excerpt: String,
     /// Columns of `excerpt` to underline, counted from 0.
     marked: Range<usize>,
@@ -76,12 +76,12 @@ impl Display for Location {
 pub(crate) struct Source<'t> {
     pub(crate) name: &'t str,
     pub(crate) text: &'t str,
-    /// Places in them follow those in the text, as if each were a line below it.
+    /// Options. Their places follow those in the text, as if each were a line below it.
     pub(crate) options: &'t [String],
 }
 
 impl<'t> Source<'t> {
-    /// The place at which an option starts.
+    /// Returns the place at which an option starts.
     pub(crate) fn start_of_option(&self, number: usize) -> usize {
         self.options[..number]
             .iter()
@@ -90,7 +90,7 @@ impl<'t> Source<'t> {
             })
     }
 
-    /// The text in which a place is, and where that starts.
+    /// Returns the text that contains a place, and where the text starts.
     fn part(&self, place: usize) -> (Source<'t>, usize) {
         let of_option = |number: usize| {
             let start = self.start_of_option(number);
@@ -117,13 +117,13 @@ impl<'t> Source<'t> {
             .unwrap_or_else(own)
     }
 
-    /// The place of a range of bytes. A range outside the text counts as the text's end.
+    /// Returns the location of a range of bytes. A range outside the text counts as the text's end.
     pub(crate) fn location(&self, span: Range<usize>) -> Location {
         let (source, before) = self.part(span.start);
         source.location_here(span.start - before..span.end.max(span.start) - before)
     }
 
-    /// [`Source::location`] within the text.
+    /// Returns the location of a range within the text.
     fn location_here(&self, span: Range<usize>) -> Location {
         let start = self.char_boundary(span.start);
         let end = self.char_boundary(span.end).max(start);
@@ -169,7 +169,7 @@ impl<'t> Source<'t> {
         }
     }
 
-    /// The line at a byte.
+    /// Returns the line at a byte.
     pub(crate) fn line(&self, byte: usize) -> &str {
         let byte = self.char_boundary(byte);
         let start = self.text[..byte]
@@ -178,7 +178,7 @@ impl<'t> Source<'t> {
         self.text[start..].lines().next().unwrap_or_default()
     }
 
-    /// The last character boundary at or before a byte.
+    /// Returns the last character boundary at or before a byte.
     fn char_boundary(&self, byte: usize) -> usize {
         let mut byte = byte.min(self.text.len());
         while !self.text.is_char_boundary(byte) {
@@ -187,7 +187,7 @@ impl<'t> Source<'t> {
         byte
     }
 
-    /// The text at a range of bytes, cut if long, for quoting in a message.
+    /// Returns the text at a range of bytes, cut if long, for quoting in a message.
     pub(crate) fn quote(&self, span: Range<usize>) -> String {
         let (source, before) = self.part(span.start);
         let text = span

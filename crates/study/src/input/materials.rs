@@ -25,11 +25,11 @@ const DENSITIES: &str = "Simoni, Filaments";
 /// Young's modulus in Pa from which on a filament is a metal wire. Polymers have up to 10 GPa.
 const WIRE_MODULUS_PA: f64 = 50e9;
 
-/// The path of the contact stiffness.
+/// Path of the contact stiffness.
 pub(crate) const CONTACT_STIFFNESS: &str = "contact.stiffness_n_m";
 
-/// Returns the contact stiffness in N/m of a file that states none: that of the paper, or for metal
-/// wires, which would penetrate too deep with it, one that grows with `E d`.
+/// Returns the contact stiffness in N/m of a file that states none: that of the paper. Metal wires
+/// would penetrate too deep with it, and have one that grows with `E d`.
 pub(crate) fn default_contact_stiffness(youngs_modulus_pa: f64, diameter_m: f64) -> f64 {
     if youngs_modulus_pa < WIRE_MODULUS_PA {
         return ContactSettings::default().stiffness_n_m;
@@ -40,39 +40,38 @@ pub(crate) fn default_contact_stiffness(youngs_modulus_pa: f64, diameter_m: f64)
 /// A material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
-    /// Its name in the input file.
+    /// Name in the input file.
     pub name: &'static str,
     /// Density, in kg/m³.
     pub density_kg_m3: f64,
-    /// Where the density comes from.
+    /// Source of the density.
     pub density_source: &'static str,
     /// Young's modulus, in Pa.
     pub youngs_modulus_pa: f64,
-    /// Where the modulus comes from.
+    /// Source of the modulus.
     pub modulus_source: &'static str,
-    /// What else is known of the modulus.
+    /// Spread of the modulus.
     pub spread: Spread,
-    /// What changes the modulus; empty if nothing does that a brush meets.
+    /// Influences that change the modulus; empty if a brush meets none.
     pub caution: &'static str,
 }
 
-/// How far a modulus may be from its value.
+/// Spread of a modulus about its value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Spread {
     /// There is one sheet only.
     OneSheet,
-    /// Moduli of all sheets, from the least to the largest, in Pa, and where the other end comes
-    /// from.
+    /// Moduli of all sheets, from the least to the largest, in Pa, and the source of the other end.
     Sheets([f64; 2], &'static str),
     /// There is no sheet: density and modulus are those of a polymer with grains.
     Mixture(Mixture),
 }
 
-/// What is said of each material that is a polyamide with much uptake of water.
+/// Caution about each polyamide with much uptake of water.
 const WATER: &str =
     "Water uptake about halves the modulus of polyamide, and heat lowers it further.";
 
-/// The polymer of most abrasive filaments.
+/// Polymer of most abrasive filaments.
 const PA6_12: Material = Material {
     name: "PA6.12",
     density_kg_m3: 1060.0,
@@ -83,7 +82,7 @@ const PA6_12: Material = Material {
     caution: "It takes up less water than PA6 and PA6.6, but when wet it is softer, too; heat lowers the modulus.",
 };
 
-/// PA6.12 with a share of its mass in grains.
+/// Returns PA6.12 with a share of its mass in grains.
 const fn abrasive(name: &'static str, grain: &Grain, mass_fraction: f64) -> Material {
     let mixture = Mixture::new(
         PA6_12.density_kg_m3,
@@ -183,7 +182,7 @@ pub const MATERIALS: &[Material] = &[
 ];
 
 impl Material {
-    /// The material of a name, however it is written: `PA6.12`, `PA 612`, `nylon 6.12` or
+    /// Finds the material of a name, however it is written: `PA6.12`, `PA 612`, `nylon 6.12` or
     /// `Stainless-Steel`.
     #[must_use]
     pub fn find(name: &str) -> Option<&'static Self> {
@@ -203,7 +202,7 @@ impl Material {
             .find(|material| plain(material.name) == plain(name))
     }
 
-    /// What it states of the setting at a path.
+    /// Returns the material's value of the setting at a path.
     #[must_use]
     pub fn value(&self, path: &str) -> Option<f64> {
         match path {
@@ -213,7 +212,7 @@ impl Material {
         }
     }
 
-    /// Where its values come from, in words.
+    /// Describes the origin of the values.
     #[must_use]
     pub fn provenance(&self) -> &'static str {
         match self.spread {
@@ -222,7 +221,7 @@ impl Material {
         }
     }
 
-    /// Its values with their sources, in sentences, with what is known of the `spread` of its
+    /// Returns the values with their sources in sentences, with words on the `spread` of the
     /// modulus.
     fn statement(&self, spread: &str) -> String {
         let modulus = short(self.youngs_modulus_pa / 1e9);
@@ -237,7 +236,7 @@ impl Material {
     }
 }
 
-/// All materials with their values and sources, in lines of at most `width` columns.
+/// Lists all materials with their values and sources, in lines of at most `width` columns.
 #[must_use]
 pub fn material_list(width: usize) -> String {
     let mut text = String::new();

@@ -21,20 +21,20 @@ use crate::input::table::{DataError, Source, Table, tidy_heading};
 
 pub use crate::input::columns::{ColumnName, Format, LARGEST, Quantity};
 
-/// What to do about a table that cannot be used.
+/// Advice about a table that cannot be used.
 const ADVICE: &str = "the table has one row of headings, then one row per point, with columns for\n     velocity or rotational speed, depth \
     and force. Unless the headings are keys such as\n     force_n, the input file names them with their units, by lines like these under\n     \
     [measured], where separator = \";\" and decimal = \",\" can be stated, too:\n\n     columns.rotational_speed_rpm = \"n [1/min]\"\n     \
     columns.penetration_depth_m = \"ae [mm]\"\n     columns.force_n = { column = \"Fz\", unit = \"kN\" }";
 
-/// The same of a table of radii.
+/// Advice about a table of radii that cannot be used.
 const ADVICE_ON_RADII: &str = "the table has one row of headings, then one row per radius in the order of their times, with columns for time or turns, \
     radius and\n     its standard deviation. Unless the headings are keys such as edge_radius_m, the input file names them with their units, by lines \
     like these\n     under [measured], where separator = \";\" and decimal = \",\" can be stated, too:\n\n     columns.time_s = \"t [min]\"\n     \
     columns.edge_radius_m = \"R [µm]\"\n     columns.edge_radius_std_m = { column = \"s\", unit = \"µm\" }";
 
 /// Relative difference up to which values are the same: a file may round differently from a sweep.
-const SAME: f64 = 1e-9;
+const MAX_RELATIVE_DIFFERENCE: f64 = 1e-9;
 
 /// The speed of the tool at a measured point, as its table states it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +46,7 @@ pub enum Speed {
 }
 
 impl Speed {
-    /// The number, in the unit of its kind.
+    /// Returns the number, in the unit of its kind.
     #[must_use]
     pub fn value(self) -> f64 {
         match self {
@@ -54,7 +54,7 @@ impl Speed {
         }
     }
 
-    /// What it is.
+    /// Returns the quantity of the speed.
     #[must_use]
     pub fn quantity(self) -> Quantity {
         match self {
@@ -63,7 +63,8 @@ impl Speed {
         }
     }
 
-    /// The same of a tool with these `settings`, stated by the other quantity if that is asked for.
+    /// Returns the speed of a tool with these `settings`, stated by the other quantity if that is
+    /// asked for.
     #[must_use]
     pub fn stated_by(self, quantity: Quantity, settings: &Settings) -> Self {
         let mut settings = settings.clone();
@@ -84,49 +85,49 @@ impl Speed {
 /// A measured force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement {
-    /// The speed of the tool.
+    /// Speed of the tool.
     pub speed: Speed,
-    /// The rotational speed in rpm that the table states beside the velocity, which is what counts.
+    /// Rotational speed in rpm that the table states beside the velocity. The velocity counts.
     pub second_speed_rpm: Option<f64>,
     /// Penetration depth `a_e` in m.
     pub penetration_depth_m: f64,
     /// Tool contact normal force `F_n,w` in N.
     pub force_n: f64,
-    /// Its standard deviation in N, if it is known.
+    /// Standard deviation in N, if it is known.
     pub std_n: Option<f64>,
-    /// The position of the tool that it was measured with among the named tools of the study;
-    /// `None` if the table does not say.
+    /// Position of the tool of this measurement among the named tools of the study; `None` if the
+    /// table does not say.
     pub tool: Option<usize>,
 }
 
-/// What was read in a cell, with its standard deviation if the table has one.
+/// Number in a cell, with its standard deviation if the table has one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
-    /// The value, in the unit of its quantity's key.
+    /// Value, in the unit of its quantity's key.
     pub value: f64,
-    /// Its standard deviation, in the same unit.
+    /// Standard deviation, in the same unit.
     pub std: Option<f64>,
 }
 
-/// A measured point, with all that was measured there.
+/// A measured point, with all its readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasuredPoint {
-    /// The speed of the tool.
+    /// Speed of the tool.
     pub speed: Speed,
-    /// The rotational speed in rpm that the table states beside the velocity, which is what counts.
+    /// Rotational speed in rpm that the table states beside the velocity. The velocity counts.
     pub second_speed_rpm: Option<f64>,
     /// Penetration depth `a_e` in m.
     pub penetration_depth_m: f64,
-    /// What was read of each of [`Quantity::FORCES`].
+    /// Readings of [`Quantity::FORCES`].
     pub readings: [Option<Reading>; 4],
-    /// The position of its tool, as in [`Measurement::tool`].
+    /// Position of the tool, as in [`Measurement::tool`].
     pub tool: Option<usize>,
-    /// Its line in the table, counted from 1; 0 if it is from none.
+    /// Line in the table, counted from 1; 0 without a table.
     pub line: u64,
 }
 
 impl MeasuredPoint {
-    /// Its normal force alone, which it has if [`read_measured`] has read it.
+    /// Returns the normal force alone, which a point has if [`read_measured`] has read it.
     fn measurement(&self) -> Option<Measurement> {
         let Self {
             speed,
@@ -156,10 +157,10 @@ impl MeasuredPoint {
     }
 }
 
-/// How long an edge was brushed, as a table states it.
+/// Time or turns for which an edge was brushed, as a table states it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Brushed {
-    /// A time in s.
+    /// Time in s.
     Time(f64),
     /// Turns of the tool.
     Turns(f64),
@@ -168,32 +169,32 @@ pub enum Brushed {
 /// The radius of an edge that was measured after some time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasuredRadius {
-    /// How long it had been brushed.
+    /// Time or turns until the measurement.
     pub brushed: Brushed,
-    /// Its radius in m.
+    /// Radius in m.
     pub radius: Reading,
-    /// Its line in the table, counted from 1; 0 if it is from none.
+    /// Line in the table, counted from 1; 0 without a table.
     pub line: u64,
 }
 
-/// Whether two values are the same except for rounding.
+/// Returns `true` if two values are the same except for rounding.
 pub fn same(a: f64, b: f64) -> bool {
-    (a - b).abs() <= SAME * a.abs().max(b.abs())
+    (a - b).abs() <= MAX_RELATIVE_DIFFERENCE * a.abs().max(b.abs())
 }
 
-/// What is read from a table.
+/// Quantities that are read from a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Wanted {
-    /// The normal force, at each point.
+    /// Normal force, at each point.
     NormalForce,
-    /// Whatever was measured, at least something at each point.
+    /// Any of [`Quantity::FORCES`], at least one at each point.
     Anything,
-    /// The radii of an edge over time.
+    /// Radii of an edge over time.
     Radii,
 }
 
 impl Wanted {
-    /// Advice about a table as a whole.
+    /// Returns advice about a table as a whole.
     fn advice(self) -> &'static str {
         if self == Self::Radii {
             ADVICE_ON_RADII
@@ -202,7 +203,7 @@ impl Wanted {
         }
     }
 
-    /// Advice about a column that cannot be read.
+    /// Returns advice about a column that cannot be read.
     fn advice_on_column(self, table: &Table<'_>, format: &Format) -> Cow<'static, str> {
         if self == Self::Radii {
             self.advice().into()
@@ -213,7 +214,7 @@ impl Wanted {
 }
 
 impl Format {
-    /// The form in which results keep the measured forces of a study.
+    /// Returns the format in which results keep the measured forces of a study.
     #[must_use]
     pub fn of_tools(study: &Study) -> Self {
         Self {
@@ -222,8 +223,8 @@ impl Format {
         }
     }
 
-    /// The heading of a quantity's column, if it is there: the one that is named, or else the
-    /// quantity's key, in any unit.
+    /// Returns the heading of a quantity's column, if it is there: the one that is named, or else
+    /// the quantity's key, in any unit.
     fn heading<'h>(&self, quantity: Quantity, headings: &'h [String]) -> Option<&'h str> {
         let is_its = |heading: &&'h str| match self.named(quantity) {
             Some(column) => **heading == tidy_heading(&column.heading),
@@ -232,9 +233,9 @@ impl Format {
         headings.iter().map(String::as_str).find(is_its)
     }
 
-    /// The position of the column with the names of tools: the one that is named, or else there
-    /// under its own key. `None` if tools are not compared, or the table does not say with which it
-    /// was measured.
+    /// Returns the position of the column with the names of tools: the one that is named, or else
+    /// the one under its own key. `None` if tools are not compared, or the table does not name
+    /// them.
     fn tool_column(&self, table: &Table<'_>) -> Result<Option<usize>, DataError> {
         let heading = tidy_heading(self.tool.as_deref().unwrap_or(TOOL));
         let is_there = self.tool.is_some() || table.headings().contains(&heading);
@@ -245,8 +246,8 @@ impl Format {
         }
     }
 
-    /// The quantities to read from a table with these headings: what is named, and what is there
-    /// under its own key.
+    /// Returns the quantities to read from a table with these headings: those that are named, and
+    /// those under their own keys.
     fn quantities(&self, headings: &[String], wanted: Wanted) -> Vec<Quantity> {
         let is_there = |quantity| self.heading(quantity, headings).is_some();
         let is_wanted = |quantity| self.named(quantity).is_some() || is_there(quantity);
@@ -293,21 +294,21 @@ impl Format {
             .collect()
     }
 
-    /// `true` if the headings have all that is needed.
+    /// Returns `true` if the headings have all that is needed.
     fn is_complete(&self, headings: &[String], wanted: Wanted) -> bool {
         self.quantities(headings, wanted)
             .iter()
             .all(|&quantity| self.heading(quantity, headings).is_some())
     }
 
-    /// The separator of a table: the one stated, or else by its headings.
+    /// Returns the separator of a table: the one stated, or else by its headings.
     fn separator_of(&self, source: &Source<'_>, wanted: Wanted) -> char {
         let has_all = |headings: &[String]| self.is_complete(headings, wanted);
         self.separator
             .unwrap_or_else(|| cells::separator_of(source, has_all))
     }
 
-    /// The line with the headings, counted from 1, below a title block.
+    /// Returns the line with the headings, counted from 1, below a title block.
     fn heading_below_title(&self, source: &Source<'_>, wanted: Wanted) -> Option<usize> {
         /// Programs of dynamometers write a few dozen lines above the headings.
         const MAX_TITLE_LINES: usize = 200;
@@ -353,8 +354,8 @@ pub fn read_measured(
         .collect())
 }
 
-/// Reads all that a table has of [`Quantity::FORCES`]. A cell may be empty where another has
-/// something.
+/// Reads all that a table has of [`Quantity::FORCES`]. A cell may be empty if another one of the
+/// row is not.
 ///
 /// # Errors
 /// As [`read_measured`].
@@ -420,7 +421,7 @@ pub fn read_radii(
     Ok(radii)
 }
 
-/// A table with the columns to read, and whether its numbers have decimal commas.
+/// Returns a table with the columns to read, and `true` if its numbers have decimal commas.
 fn opened<'s>(
     source: &'s Source<'s>,
     format: &Format,
@@ -435,7 +436,7 @@ fn opened<'s>(
     })
 }
 
-/// [`opened`] of a table that begins with its headings.
+/// Opens a table that begins with its headings, like [`opened`].
 fn opened_at_first_line<'s>(
     source: &'s Source<'s>,
     format: &Format,
@@ -480,8 +481,7 @@ fn read(
         text: text.trim_start_matches('\u{feff}'),
     };
     let (table, columns, has_comma) = opened(&source, format, wanted)?;
-    // Beside velocities nobody has asked for rotational speeds: whatever is wrong with their column
-    // does not matter.
+    // Beside velocities, errors in a column of rotational speeds do not matter.
     let has_velocity = columns
         .iter()
         .any(|column| column.quantity == Quantity::Velocity);
@@ -527,7 +527,7 @@ fn read(
                     quantity.force().map(|force| &mut point.readings[force]),
                     quantity.is_std(),
                 ) {
-                    // A deviation follows what it is one of.
+                    // A deviation follows its force.
                     (Some(Some(reading)), true) => reading.std = Some(number),
                     (Some(reading), false) => {
                         *reading = Some(Reading {
@@ -582,8 +582,8 @@ fn read(
 }
 
 impl Column {
-    /// The number in its cell of a row, in the unit of the key; none if the cell may be empty, and
-    /// is.
+    /// Reads the number in the column's cell of a row, in the unit of the key; none if the cell may
+    /// be empty, and is.
     fn number(
         &self,
         table: &Table<'_>,
@@ -623,7 +623,7 @@ impl Column {
     }
 }
 
-/// The column of a quantity.
+/// Finds the column of a quantity.
 fn column(
     quantity: Quantity,
     table: &Table<'_>,
@@ -687,9 +687,9 @@ fn column(
     })
 }
 
-/// Points as a table in the units of the keys, which [`read_measured`] reads to the bit, with the
-/// names of the `tools` of the study. All have the same kind of speed, and a tool if the first has
-/// one.
+/// Formats points as a table in the units of the keys, which [`read_measured`] reads to the bit,
+/// with the names of the `tools` of the study. All points have the same kind of speed, and a tool
+/// if the first has one.
 #[must_use]
 pub fn measured_text(points: &[Measurement], tools: &[String]) -> String {
     let Some(first) = points.first() else {
@@ -738,14 +738,14 @@ pub fn measured_text(points: &[Measurement], tools: &[String]) -> String {
 
 /// The points of a table by tool, speed and depth, to find equal ones in constant time.
 ///
-/// Points are kept in cells somewhat wider than the tolerance of [`same`]: a point equals only
+/// Points are kept in cells somewhat wider than the tolerance of [`same`]. A point equals only
 /// those in its own cell and the eight around it, and few different points have room in a cell.
 #[derive(Default)]
 struct Places(HashMap<(Option<usize>, [u64; 2]), Vec<usize>>);
 
 impl Places {
-    /// Adds the next point, whose position is the number of `points`. If one of them has the same
-    /// tool, speed and depth, returns the position of the first.
+    /// Adds the next point, whose position is the number of `points`. Returns the position of the
+    /// first of these with the same tool, speed and depth, if there is one.
     fn take(&mut self, points: &[MeasuredPoint], point: MeasuredPoint) -> Option<usize> {
         let at = |point: &MeasuredPoint| [point.speed.value(), point.penetration_depth_m];
         let [speed, depth] = at(&point).map(cell);
@@ -771,8 +771,9 @@ impl Places {
     }
 }
 
-/// The number of the cell of a positive number that is not subnormal. The bits of such numbers
-/// increase with them, and leaving out the last 24 of 52 makes cells of 2⁻²⁸ of a power of two.
+/// Returns the number of the cell of a positive number that is not subnormal. The bits of such
+/// numbers ascend with the numbers. Leaving out the last 24 of 52 makes cells of 2⁻²⁸ of a power of
+/// two.
 fn cell(number: f64) -> u64 {
     number.to_bits() >> 24
 }
@@ -806,7 +807,7 @@ mod tests {
         }
     }
 
-    /// A format with columns, each by its heading and its unit if one is stated.
+    /// Returns a format with columns, each by its heading and its unit if one is stated.
     fn format(columns: &[(Quantity, &str, Option<&str>)]) -> Format {
         let column = |&(quantity, heading, unit): &(Quantity, &str, Option<&str>)| {
             let unit = unit.map(|name| quantity.unit(name).expect("a unit"));
@@ -841,8 +842,7 @@ mod tests {
             .collect();
         assert_eq!(found, [(Some(0), Some(0.5)), (Some(1), None)]);
         assert_eq!(measured_text(&points, &tools), text);
-        // The column is of no use where tools are not compared, except that points are then given
-        // twice.
+        // Where tools are not compared, the column has no effect, and points are given twice.
         assert!(
             refusal(text, &Format::default()).contains("the same velocity and depth as in line 2")
         );
@@ -1047,7 +1047,7 @@ mod tests {
             read_measured(&thousands, "forces.csv", &stated),
             Ok(vec![point(10.0, 1.0, 1.234, 0.0)])
         );
-        // With semicolons between cells, it is the point that may be that of thousands.
+        // With semicolons between cells, points may separate thousands.
         let thousands = format!("{semicolons}10;1;1.000;0\n20;1;1.250;0\n");
         let message = refusal(&thousands, &Format::default());
         assert!(
@@ -1261,7 +1261,7 @@ mod tests {
                 && missing.contains("columns.edge_radius_m"),
             "{missing}"
         );
-        // A study has no use for them.
+        // A study has no use for radii.
         let other = read("time_s,edge_radius_m\n1,1e-4\n")
             .expect_err("no forces")
             .to_string();
@@ -1301,7 +1301,7 @@ mod tests {
                 ..point(5.0, 2e-3, 1.5, 0.0)
             }]
         );
-        // The velocity is what counts, and what is kept.
+        // The velocity counts, and is kept.
         assert_eq!(
             read(&measured_text(&both, &[])),
             Ok(vec![point(5.0, 2e-3, 1.5, 0.0)])

@@ -6,14 +6,14 @@ use crate::text::units::in_unit_of;
 /// A number that people write and TOML does not know.
 #[derive(Debug)]
 pub(crate) struct Mistake {
-    /// What is wrong with it, in a clause about the number.
+    /// Problem, in a clause about the number.
     pub(crate) what: String,
-    /// What to write instead.
+    /// Advice.
     pub(crate) instead: String,
 }
 
-/// What is wrong with a number, or with one of a list, in a `line` that is not TOML. `None` if it
-/// is none of the usual mistakes.
+/// Finds a usual mistake in a number, or in one of a list, in a `line` that is not TOML. `None` if
+/// there is none.
 pub(crate) fn value_mistake(line: &str) -> Option<Mistake> {
     let (key, value) = line.split_once('=')?;
     let value = value.split('#').next()?.trim();
@@ -28,7 +28,7 @@ pub(crate) fn value_mistake(line: &str) -> Option<Mistake> {
     }
 }
 
-/// What is wrong with the number at a key.
+/// Finds a usual mistake in the number at a key.
 fn number_mistake(key: &str, value: &str) -> Option<Mistake> {
     let mistake = |what: &str, instead: String| {
         Some(Mistake {
@@ -101,7 +101,7 @@ fn number_mistake(key: &str, value: &str) -> Option<Mistake> {
     None
 }
 
-/// A number with a unit in the unit of a key, if both are known.
+/// Converts a number with a unit to the unit of a key, if both are known.
 fn in_own_unit(key: &str, number: &str, unit: &str) -> Option<String> {
     let number = in_unit_of(key, number.parse().ok()?, unit)?;
     Some(if number.abs() >= 1e7 {

@@ -14,21 +14,21 @@
 //!   / (1/(K_g − K_m) + 3 (1 − φ)/(3 K_m + 4 G_m))`, `G = G_m + φ / (1/(G_g − G_m) + 6 (1 − φ)(K_m
 //!   + 2 G_m)/(5 G_m (3 K_m + 4 G_m)))`, and `E = 9 K G/(3 K + G)`.
 //!
-//! The last is the value taken: grains lie apart in the polymer, which carries the load from one to
-//! the next. Grains that have come loose stiffen less, and the filament may then be softer than any
-//! of these.
+//! The lower bound is the value taken: grains lie apart in the polymer, which carries the load from
+//! one to the next. Grains that have come loose stiffen less, and the filament may then be softer
+//! than any of these bounds.
 
 /// Abrasive grains.
 #[derive(Debug)]
 pub struct Grain {
     /// Density, in kg/m³.
     pub density_kg_m3: f64,
-    /// Young's modulus, in Pa. A hundred times that of the polymer, it hardly matters: 20 % more or
-    /// less changes that of the filament by 0.2 %.
+    /// Young's modulus, in Pa. It is a hundred times that of the polymer, and hardly matters: 20 %
+    /// more or less changes the modulus of the filament by 0.2 %.
     pub youngs_modulus_pa: f64,
     /// Poisson's ratio.
     pub poisson_ratio: f64,
-    /// Where the values come from.
+    /// Source of the values.
     pub source: &'static str,
 }
 
@@ -48,9 +48,8 @@ pub const ALUMINIUM_OXIDE: Grain = Grain {
     source: "3984 kg/m³, 416 GPa (NIST Standard Reference Database 150, α-Al2O3)",
 };
 
-/// Poisson's ratio of the polymer, of which no sheet was found; a sintered PA12 has 0.41 (Rapid
-/// Prototyping Journal 14 (2008) 260). With 0.35 and 0.45 the modulus of the filament changes by
-/// less than 2 %.
+/// Poisson's ratio of the polymer. No sheet states it; a sintered PA12 has 0.41 (Rapid Prototyping
+/// Journal 14 (2008) 260). With 0.35 and 0.45 the modulus of the filament changes by less than 2 %.
 const POLYMER_POISSON_RATIO: f64 = 0.4;
 
 /// A polymer with grains.
@@ -62,11 +61,11 @@ pub struct Mixture {
     pub density_kg_m3: f64,
     /// Young's modulus by the lower bound of Hashin and Shtrikman, in Pa, rounded to 10 MPa.
     pub youngs_modulus_pa: f64,
-    /// The bounds of Reuss and Voigt, in Pa.
+    /// Bounds of Reuss and Voigt, in Pa.
     pub bounds_pa: [f64; 2],
 }
 
-/// Bulk and shear modulus of an isotropic material, in the unit of its Young's modulus.
+/// Returns bulk and shear modulus of an isotropic material, in the unit of its Young's modulus.
 const fn moduli(young: f64, poisson: f64) -> (f64, f64) {
     (
         young / (3.0 * (1.0 - 2.0 * poisson)),
@@ -74,14 +73,14 @@ const fn moduli(young: f64, poisson: f64) -> (f64, f64) {
     )
 }
 
-/// A positive value to the nearest multiple of a step.
+/// Rounds a positive value to the nearest multiple of a step.
 const fn rounded(value: f64, step: f64) -> f64 {
     (value / step + 0.5) as u64 as f64 * step
 }
 
 impl Mixture {
-    /// A polymer of density `ρ_m` in kg/m³ and modulus `E_m` in Pa with a share `w` of its mass in
-    /// grains.
+    /// Mixes a polymer of density `ρ_m` in kg/m³ and modulus `E_m` in Pa with a share `w` of its
+    /// mass in grains.
     #[must_use]
     pub const fn new(
         polymer_density: f64,

@@ -1,12 +1,12 @@
-//! What Bristle reads: input files, and tables of numbers.
+//! Readers of input files, and of tables of numbers.
 //!
-//! [`document`] reads and checks an input file, with errors that state the place ([`input_error`]);
-//! [`schema`] describes such files, [`explain`] single settings; [`units`] has the rule of keys in
-//! other units; [`statement`] is what a file states besides settings; [`plausibility`] tells what is unusual in them; [`materials`] has the constants of
-//! materials, [`mixture`] those of polymers with grains, [`friction`] coefficients of pairings;
-//! [`packing`] tells how densely a trim is filled; [`first_file`] writes a first input file.
-//! [`table`] and [`cells`] read tables as laboratories and spreadsheets write them: [`measured`]
-//! forces, and the [`control_points`] of splines.
+//! [`document`] reads and checks an input file, with errors that state the place ([`input_error`]).
+//! [`schema`] describes such files, [`explain`] single settings. [`units`] has the rule of keys in
+//! other units, [`statement`] the contents besides settings. [`plausibility`] finds unusual
+//! settings. [`materials`] has the constants of materials, [`mixture`] those of polymers with
+//! grains, [`friction`] coefficients of pairings, and [`packing`] the fill of a trim.
+//! [`first_file`] writes a first input file. [`table`] and [`cells`] read tables as laboratories
+//! and spreadsheets write them: [`measured`] forces, and the [`control_points`] of splines.
 //!
 //! Nothing here touches a file or a terminal: the interface is text.
 

@@ -15,11 +15,11 @@ use crate::input::units::{own_key, own_path};
 /// The parts of an option, with their places in it.
 pub(crate) struct Assignment<'t> {
     pub section: &'t str,
-    /// The key as it was written.
+    /// Key as it was written.
     pub written: &'t str,
-    /// The key in the unit of the setting.
+    /// Key in the unit of the setting.
     pub key: Cow<'t, str>,
-    /// Its unit as it was written, if it is another.
+    /// Unit as it was written, if it is not that of the setting.
     pub unit: Option<&'static Unit>,
     /// Place of the whole key.
     pub key_span: Range<usize>,
@@ -63,28 +63,28 @@ impl<'t> Assignment<'t> {
         })
     }
 
-    /// The path of what it states, in the unit of the setting.
+    /// Returns the path that the option states, in the unit of the setting.
     pub fn path(&self) -> String {
         format!("{}.{}", self.section, self.key)
     }
 
-    /// The same as it was written.
+    /// Returns the path as it was written.
     pub fn written_path(&self) -> String {
         format!("{}.{}", self.section, self.written)
     }
 
-    /// Whether it has a key and a value.
+    /// Returns `true` if the option has a key and a value.
     pub fn is_whole(&self) -> bool {
         !self.key.is_empty() && !self.value.trim().is_empty()
     }
 
-    /// The name of a tool and the path of its setting, if the key is `tools.NAME.SECTION.KEY` of a
-    /// study.
+    /// Returns the name of a tool and the path of its setting, if the key is
+    /// `tools.NAME.SECTION.KEY` of a study.
     pub fn tool(&self) -> Option<[&str; 2]> {
         tool_in(self.section, &self.key)
     }
 
-    /// The value as TOML. A word needs no quotes.
+    /// Parses the value as TOML. A word needs no quotes.
     ///
     /// # Errors
     /// If it is not TOML.
@@ -104,7 +104,8 @@ impl<'t> Assignment<'t> {
     }
 }
 
-/// The name of a tool and the path of its setting, if a key of a section is that of a named tool.
+/// Returns the name of a tool and the path of its setting, if a key of a section is that of a named
+/// tool.
 fn tool_in<'k>(section: &str, key: &'k str) -> Option<[&'k str; 2]> {
     let rest = key
         .strip_prefix(TOOLS)?
@@ -117,8 +118,8 @@ fn tool_in<'k>(section: &str, key: &'k str) -> Option<[&'k str; 2]> {
     Some([name, path])
 }
 
-/// The entries of a section of the tree, which is added at a place if there is none; `None` if the
-/// tree has a value instead.
+/// Returns the entries of a section of the tree, which is added at a place if there is none; `None`
+/// if the tree has a value instead.
 pub(crate) fn section_in<'a, 't>(
     table: &'a mut DeTable<'t>,
     name: &str,
@@ -132,8 +133,8 @@ pub(crate) fn section_in<'a, 't>(
     }
 }
 
-/// States a value in the tree, at the place of the option. What the tree states about the same in
-/// another way goes.
+/// States a value in the tree, at the place of the option. Other keys of the tree that state the
+/// same are removed.
 pub(crate) fn state<'t>(
     table: &mut DeTable<'t>,
     [section, key]: [&str; 2],
@@ -168,7 +169,7 @@ pub(crate) fn state<'t>(
     );
 }
 
-/// [`state`] for a setting of a named tool, below the keys `parents` of the tree.
+/// States a setting of a named tool as [`state`] does, below the keys `parents` of the tree.
 pub(crate) fn state_of_tool<'t>(
     table: &mut DeTable<'t>,
     parents: [&str; 2],
@@ -183,7 +184,7 @@ pub(crate) fn state_of_tool<'t>(
         };
         tool = entries;
     }
-    // Those with their paths in quotes.
+    // Settings with their paths in quotes.
     let group = Parameter::find(path).into_iter().flat_map(Parameter::group);
     group.for_each(|same| drop(tool.remove(same.path)));
     match path.split_once('.') {
@@ -196,7 +197,7 @@ pub(crate) fn state_of_tool<'t>(
     }
 }
 
-/// A value all of whose parts are at one place.
+/// Returns a value all of whose parts are at one place.
 fn at<'t>(value: DeValue<'t>, span: &Range<usize>) -> DeValue<'t> {
     let moved =
         |part: &Spanned<DeValue<'t>>| Spanned::new(span.clone(), at(part.get_ref().clone(), span));

@@ -1,7 +1,8 @@
 //! Settings that are allowed but unusual, most of them by a slip: millimetres typed as metres, per
 //! cent as a ratio.
 //!
-//! The table of settings has the usual range of each; relations between several follow here.
+//! The table of settings has the usual range of each setting. Relations between several follow
+//! here.
 
 use bristle::model::parameters::{PARAMETERS, Parameter, Usual};
 use bristle::model::settings::Settings;
@@ -13,17 +14,17 @@ use crate::text::layout::Warning;
 use crate::text::number::short;
 
 /// Largest share of an area that equal circles can cover: π/√12, of the hexagonal packing.
-const DENSEST: f64 = 0.906_899_682_117_108_9;
+const MAX_COVERED_SHARE: f64 = 0.906_899_682_117_108_9;
 
-/// The largest depth at which a force is searched for, as a part of the free length (MODEL, "Force
+/// Largest depth at which a force is searched for, as a part of the free length (MODEL, "Force
 /// instead of depth").
-const DEEPEST: f64 = 0.5;
+const MAX_DEPTH_SHARE: f64 = 0.5;
 /// Smallest share of a trim's width that usually reaches the workpiece, on tilted tools that are
 /// pressed on with an edge of their trim.
-const LEAST_REACHING_SHARE: f64 = 0.1;
+const MIN_REACHING_SHARE: f64 = 0.1;
 
-/// The share of the trim's width along which undeformed tips reach a plane as the tool turns; one
-/// on other workpieces.
+/// Returns the share of the trim's width along which undeformed tips reach a plane as the tool
+/// turns; one on other workpieces.
 fn reaching_share(settings: &Settings) -> f64 {
     if !settings.workpiece.kind.is_plane() || settings.tool.positions == Some(1) {
         return 1.0;
@@ -41,31 +42,32 @@ fn reaching_share(settings: &Settings) -> f64 {
 /// A setting that is unusual.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unusual {
-    /// Its dotted path.
+    /// Dotted path.
     pub path: &'static str,
-    /// Its value, what is usual, and the likely slip, in a sentence or two.
+    /// Value, usual values and the likely slip, in a sentence or two.
     pub statement: String,
 }
 
-/// What is usual of one setting in view of others.
+/// Usual values of one setting in view of others.
 struct Relation {
-    /// The setting at which the warning points.
+    /// Setting at which the warning points.
     path: &'static str,
-    /// Whether it is as usual.
+    /// `true` for a usual value.
     holds: fn(&Settings) -> bool,
-    /// What is usual, in words that follow "usually it is".
+    /// Usual values, in words that follow "usually it is".
     usual: fn(&Settings) -> String,
-    /// The slip that most likely leads to another value.
+    /// Slip that most likely leads to another value.
     slip: &'static str,
 }
 
-/// In the order in which they are told.
+/// Relations, in the order in which they are reported.
 const RELATIONS: &[Relation] = &[
     Relation {
         path: "tool.filament_count",
-        holds: |settings| settings.fill_factor() <= DENSEST,
+        holds: |settings| settings.fill_factor() <= MAX_COVERED_SHARE,
         usual: |settings| {
-            let most = DENSEST * settings.tool.surface_m2() / settings.filament.root_area_m2();
+            let most =
+                MAX_COVERED_SHARE * settings.tool.surface_m2() / settings.filament.root_area_m2();
             format!(
                 "at most {}, as no more filaments of this diameter fit on the body",
                 short(most.floor())
@@ -110,7 +112,7 @@ const RELATIONS: &[Relation] = &[
     },
     Relation {
         path: "tool.tilt_rad",
-        holds: |settings| reaching_share(settings) >= LEAST_REACHING_SHARE,
+        holds: |settings| reaching_share(settings) >= MIN_REACHING_SHARE,
         usual: |settings| {
             format!(
                 "such that more of the trim reaches the workpiece; here {} % of its width does",
@@ -171,8 +173,8 @@ const RELATIONS: &[Relation] = &[
 ];
 
 impl Unusual {
-    /// A value of a setting, what is usual in words that follow "usually it is", and the likely
-    /// slip.
+    /// States a value of a setting, usual values in words that follow "usually it is", and the
+    /// likely slip.
     fn new(parameter: &Parameter, value: f64, usual: &str, slip: &str) -> Self {
         let value = format!("{} {}", short(value), parameter.unit);
         let path = parameter.path;
@@ -184,7 +186,7 @@ impl Unusual {
     }
 }
 
-/// What is unusual about one value of a setting.
+/// Checks one value of a setting. `None` if it is usual.
 #[must_use]
 pub fn unusual_value(parameter: &Parameter, value: f64) -> Option<Unusual> {
     let Usual {
@@ -203,16 +205,16 @@ pub fn unusual_value(parameter: &Parameter, value: f64) -> Option<Unusual> {
     Some(Unusual::new(parameter, value, usual.trim_end(), slip))
 }
 
-/// What is unusual about settings.
+/// Finds unusual settings.
 #[must_use]
 pub fn unusual(settings: &Settings) -> Vec<Unusual> {
-    // A depth that is to be found for a force is any up to the largest that the search looks at.
+    // A depth that is to be found for a force is any up to the largest of the search.
     let is_found = settings.process.tool_force_n.is_some();
     let at_depth = is_found.then(|| {
         settings.at_depth(
             settings
                 .clearance_m()
-                .min(DEEPEST * settings.filament.length_m),
+                .min(MAX_DEPTH_SHARE * settings.filament.length_m),
         )
     });
     let settings = at_depth.as_ref().unwrap_or(settings);
@@ -236,7 +238,7 @@ pub fn unusual(settings: &Settings) -> Vec<Unusual> {
     });
     let mut found: Vec<Unusual> = Vec::new();
     for unusual in of_values.chain(of_relations) {
-        // An alias is not told again.
+        // An alias is not reported again.
         let is_same = |told: &Unusual| {
             Parameter::find(unusual.path)
                 .is_some_and(|parameter| parameter.group().any(|same| same.path == told.path))
@@ -248,7 +250,7 @@ pub fn unusual(settings: &Settings) -> Vec<Unusual> {
     found
 }
 
-/// What is unusual about the cases of a study, each setting once, with the number of cases and the
+/// Finds unusual settings in the cases of a study, each once, with the number of cases and the
 /// first of them.
 #[must_use]
 pub fn unusual_in_study(study: &Study) -> Vec<Unusual> {
@@ -277,7 +279,7 @@ pub fn unusual_in_study(study: &Study) -> Vec<Unusual> {
     repeated.chain(found.into_iter().map(with_cases)).collect()
 }
 
-/// What is unusual about a sweep with equal values.
+/// Finds equal values of a sweep.
 fn repeated(sweep: &Sweep) -> Option<Unusual> {
     let mut values = sweep.values().to_vec();
     values.sort_by(f64::total_cmp);
@@ -293,7 +295,7 @@ fn repeated(sweep: &Sweep) -> Option<Unusual> {
     })
 }
 
-/// The warnings about unusual settings, each for a terminal 80 columns wide.
+/// Formats the warnings about unusual settings, each for a terminal 80 columns wide.
 #[must_use]
 pub fn warnings(found: &[Unusual]) -> Vec<String> {
     found
@@ -310,7 +312,7 @@ mod tests {
 
     #[test]
     fn each_slip_is_told_once_by_its_key() {
-        /// The setting that is told, and a slip.
+        /// Setting that is reported, and a slip.
         type Slip = (&'static str, fn(&mut Settings));
         let slips: [Slip; 22] = [
             ("filament.length_m", |settings| {
@@ -406,7 +408,7 @@ mod tests {
         }
     }
 
-    /// A shaft beyond the reach of a brush.
+    /// Returns a shaft beyond the reach of a brush.
     fn far() -> WorkpieceKind {
         WorkpieceKind::Cylinder(RoundSettings {
             radius_m: 0.02,

@@ -19,16 +19,17 @@ use crate::text::capitalised;
 use bristle::model::parameters::{PARAMETERS, Parameter};
 use bristle::model::settings::{Settings, WorkpieceKind};
 
-/// The path of a setting that files of results leave out where it is zero.
+/// Path of a setting that files of results leave out where it is zero.
 const SKEW: &str = "tool.skew_rad";
 
-/// The schema, with the limits of every number, as indented text.
+/// Returns the schema, with the limits of every number, as indented text.
 #[must_use]
 pub fn input_schema() -> String {
     format!("{:#}\n", file_schema())
 }
 
-/// Whether a key of a section is the path of a setting of another: those of the sweeps are.
+/// Returns `true` if a key of a section is the path of a setting of another: those of the sweeps
+/// are.
 pub(crate) fn is_stated_elsewhere(section: &str, key: &str) -> bool {
     section == STUDY && key != TOOLS
 }
@@ -50,7 +51,7 @@ pub(crate) fn file_schema() -> Value {
         }
         if let Value::Object(number) = property {
             state_limits(number, parameter);
-            // One that is left out where it is zero has none in the structure.
+            // A setting that is left out where it is zero has no default in the structure.
             if parameter.path == SKEW {
                 number.insert("default".to_owned(), json!(0.0));
             }
@@ -90,8 +91,8 @@ pub(crate) fn file_schema() -> Value {
     schema
 }
 
-/// The schema that follows from the structures alone. The keys of workpieces of all kinds are those
-/// of one section.
+/// Returns the schema that follows from the structures alone. One section has the keys of
+/// workpieces of all kinds.
 fn settings_schema() -> Value {
     let mut schema = schema_of::<Settings>();
     let workpiece = &mut schema["properties"][WORKPIECE];
@@ -120,8 +121,8 @@ fn schema_of<T: JsonSchema>() -> Value {
         .to_value()
 }
 
-/// What a workpiece of each kind has besides its feed, by the names of the kinds: keys with their
-/// defaults.
+/// Returns the keys of a workpiece of each kind besides its feed, with their defaults, by the names
+/// of the kinds.
 pub(crate) fn workpiece_kinds() -> &'static [(String, BTreeMap<String, Value>)] {
     static KINDS: LazyLock<Vec<(String, BTreeMap<String, Value>)>> = LazyLock::new(|| {
         let schema = schema_of::<WorkpieceKind>();
@@ -180,19 +181,19 @@ fn state_choice(section: &mut Value, parameter: &Parameter) {
     }
 }
 
-/// The keys that state the setting at a path in other units.
+/// Returns the keys that state the setting at a path in other units.
 fn other_keys(path: &str) -> impl Iterator<Item = String> {
     other_paths(path).filter_map(|(path, _)| path.split_once('.').map(|(_, key)| key.to_owned()))
 }
 
-/// The pattern of the keys that state the setting at a path in other units; `None` if there is
-/// none.
+/// Returns the pattern of the keys that state the setting at a path in other units; `None` if there
+/// is none.
 fn other_units_pattern(path: &str) -> Option<String> {
     let keys: Vec<String> = other_keys(path).collect();
     (!keys.is_empty()).then(|| format!("^({})$", keys.join("|")))
 }
 
-/// States which other keys a section has: those of its settings, with other units.
+/// Adds the other keys of a section: those of its settings, with other units.
 fn state_other_units(name: &str, section: &mut Value) {
     let mut patterns = Map::new();
     for (key, property) in section["properties"].as_object().into_iter().flatten() {
@@ -229,8 +230,8 @@ fn state_limits(number: &mut Map<String, Value>, parameter: &Parameter) {
     }
 }
 
-/// A named tool: settings of some sections, none of them required, under their sections or with
-/// their paths in quotes.
+/// Returns the schema of a named tool: settings of some sections, none required, under their
+/// sections or with their paths in quotes.
 fn tool_schema(schema: &Value) -> Value {
     let (mut properties, mut patterns) = (Map::new(), Map::new());
     for section in SECTIONS {
@@ -422,8 +423,8 @@ mod tests {
                 assert_eq!(parameter.required, required, "{path}");
             }
         }
-        // Those that state others in their own way are in files only, but for the force in place of
-        // the depth.
+        // Settings that state others in their own way are in files only, but for the force in place
+        // of the depth.
         assert_eq!(
             numbers,
             PARAMETERS
@@ -477,8 +478,8 @@ mod tests {
                 .map(of)
                 .collect::<Vec<_>>()
         };
-        // Of a length in four units, and of the number of filaments: itself, per area in three
-        // units, and the share.
+        // A length in four units. The number of filaments: itself, per area in three units, and the
+        // share.
         assert_eq!(
             (choices(tool), choices(process)),
             (vec![4, 4, 5], vec![9, 8])

@@ -9,12 +9,12 @@ use crate::input::document::Document;
 /// without it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Statement {
-    /// The name of the input file, for titles.
+    /// Name of the input file, for titles.
     pub title: String,
-    /// The keys of `[goal]`, in their own units.
+    /// Keys of `[goal]`, in their own units.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub goal: Option<Map<String, Value>>,
-    /// The defaults of each named tool, or those of the file.
+    /// Defaults of each named tool, or those of the file.
     pub defaults: Vec<Defaults>,
 }
 
@@ -23,13 +23,13 @@ pub struct Statement {
 pub struct Defaults {
     /// Paths of the settings that decide the force and are not stated.
     pub settings: Vec<String>,
-    /// The name of the material that states some of them.
+    /// Name of the material that states some of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
 }
 
 impl Statement {
-    /// The statement of a file that is called `title`.
+    /// Creates the statement of a file that is called `title`.
     #[must_use]
     pub fn of(document: &Document<'_>, title: &str) -> Self {
         let defaults = document.tool_names().map(|tool| Defaults {
@@ -49,7 +49,7 @@ impl Statement {
         }
     }
 
-    /// The defaults of the tool at a position; none where nothing is known of them.
+    /// Returns the defaults of the tool at a position; none where nothing is known of them.
     #[must_use]
     pub fn defaults_of(&self, tool: usize) -> Defaults {
         self.defaults.get(tool).cloned().unwrap_or_default()

@@ -18,7 +18,7 @@ pub const MAX_ROWS: usize = 1_000_000;
 /// Longest line of a table. A program that writes more has not written a table.
 const MAX_LINE_BYTES: usize = 1 << 16;
 
-/// What to do about results that do not belong together.
+/// Advice about results that do not belong together.
 pub const AGAIN: &str = "run the command that made the results again";
 
 /// Saved results that cannot be read back.
@@ -31,9 +31,9 @@ pub struct DataError {
     pub line: u64,
     /// Name of a table's column, or number of the character in the line.
     pub column: Option<String>,
-    /// What is wrong.
+    /// Statement of the problem.
     pub problem: String,
-    /// What to do.
+    /// Advice.
     pub advice: Cow<'static, str>,
 }
 
@@ -45,14 +45,14 @@ fn column_text(column: &Option<String>) -> String {
 
 /// A file's name and text.
 pub struct Source<'t> {
-    /// The name used in errors.
+    /// Name used in errors.
     pub name: &'t str,
-    /// All of it.
+    /// Whole text.
     pub text: &'t str,
 }
 
 impl Source<'_> {
-    /// An error about a line, counted from 1.
+    /// Creates an error about a line, counted from 1.
     #[must_use]
     pub fn error(
         &self,
@@ -72,7 +72,7 @@ impl Source<'_> {
         }
     }
 
-    /// The error about text that is not JSON, or is JSON of something else.
+    /// Creates the error about text that is not JSON, or is JSON of something else.
     pub fn json(&self, error: &serde_json::Error) -> DataError {
         let column = (error.column() > 0).then(|| error.column().to_string());
         self.error(error.line() as u64, column, error.to_string(), AGAIN)
@@ -99,16 +99,16 @@ impl Source<'_> {
         serde_json::from_str(self.text).map_err(|error| self.json(&error))
     }
 
-    /// The text as a table with a heading. Errors give `advice` on what to do.
+    /// Reads the text as a table with a heading. Errors have this `advice`.
     ///
     /// # Errors
-    /// If it is not CSV, is empty, or is larger than any table of ours.
+    /// If the text is not CSV, is empty, or is larger than any table of ours.
     pub fn table(&self, advice: &'static str) -> Result<Table<'_>, DataError> {
         self.table_separated_by(',', advice)
     }
 
-    /// The cells of the heading of a table with an ASCII `separator`; none if there is no such
-    /// heading.
+    /// Returns the cells of the heading of a table with an ASCII `separator`; none if there is no
+    /// such heading.
     pub(crate) fn headings(&self, separator: char) -> Vec<String> {
         let first = reader(self.body(), separator).into_records().next();
         first
@@ -116,7 +116,7 @@ impl Source<'_> {
             .map_or_else(Vec::new, |heading| tidy_headings(&heading))
     }
 
-    /// The separator that a first line `sep=;` states, as spreadsheets read it.
+    /// Returns the separator that a first line `sep=;` states, as spreadsheets read it.
     pub(crate) fn stated_separator(&self) -> Option<char> {
         let line = self.text.lines().next()?.trim_end_matches(['"', ' ']);
         let mut letters = line.trim_start_matches('"').chars();
@@ -126,7 +126,7 @@ impl Source<'_> {
         is_hint.then_some(separator)
     }
 
-    /// The text without a line that states the separator.
+    /// Returns the text without a line that states the separator.
     fn body(&self) -> &str {
         match self.stated_separator() {
             Some(_) => self.text.split_once('\n').map_or("", |(_, body)| body),
@@ -134,7 +134,7 @@ impl Source<'_> {
         }
     }
 
-    /// The text of the heading, whose quoted cells may have line breaks.
+    /// Returns the text of the heading, whose quoted cells may have line breaks.
     pub(crate) fn heading_text(&self) -> &str {
         let body = self.body();
         let mut is_quoted = false;
@@ -145,8 +145,8 @@ impl Source<'_> {
         &body[..end.unwrap_or(body.len())]
     }
 
-    /// [`Source::table`] with another ASCII separator than a comma. Rows without any cell are left
-    /// out.
+    /// Reads a table like [`Source::table`], with another ASCII separator than a comma. Rows
+    /// without any cell are left out.
     pub(crate) fn table_separated_by(
         &self,
         separator: char,
@@ -185,7 +185,7 @@ impl Source<'_> {
                 let problem = format!("{count} cells, but the heading has {expected}");
                 return Err(self.error(line, None, problem, advice));
             }
-            // The heading is one of them.
+            // The heading is one of the rows.
             if rows.len() > MAX_ROWS {
                 let problem = format!("more than {MAX_ROWS} rows below the heading");
                 return Err(self.error(line, None, problem, advice));
@@ -216,8 +216,8 @@ struct Lines<'t> {
 }
 
 impl Lines<'_> {
-    /// The line of the first cell at `place` or behind it. A record's own position is that of the
-    /// line break before it, or of empty lines.
+    /// Returns the line of the first cell at `place` or behind it. A record's own position is that
+    /// of the line break before it, or of empty lines.
     fn at(&mut self, place: u64) -> u64 {
         let bytes = self.text.as_bytes();
         let place = usize::try_from(place).map_or(bytes.len(), |place| place.min(bytes.len()));
@@ -232,7 +232,7 @@ impl Lines<'_> {
     }
 }
 
-/// A reader of all rows of a table, the heading included.
+/// Creates a reader of all rows of a table, the heading included.
 fn reader(text: &str, separator: char) -> csv::Reader<&[u8]> {
     let mut builder = csv::ReaderBuilder::new();
     let separator = u8::try_from(separator).expect("a separator is ASCII");
@@ -244,12 +244,12 @@ fn reader(text: &str, separator: char) -> csv::Reader<&[u8]> {
         .from_reader(text.as_bytes())
 }
 
-/// Headings as they are compared: `µ` is one letter of two, and any white space is a space.
+/// Returns headings as they are compared: `µ` is one letter of two, and any white space is a space.
 fn tidy_headings(heading: &csv::StringRecord) -> Vec<String> {
     heading.iter().map(tidy_heading).collect()
 }
 
-/// A heading, as [`Table::headings`] has it.
+/// Returns a heading as [`Table::headings`] has it.
 pub(crate) fn tidy_heading(heading: &str) -> String {
     let words: Vec<&str> = heading.split_whitespace().collect();
     words.join(" ").replace('\u{3bc}', "\u{b5}")
@@ -266,22 +266,22 @@ pub struct Table<'t> {
 }
 
 impl Table<'_> {
-    /// The rows below the heading.
+    /// Returns the rows below the heading.
     pub fn rows(&self) -> &[csv::StringRecord] {
         &self.rows
     }
 
-    /// The cells of the heading.
+    /// Returns the cells of the heading.
     pub fn headings(&self) -> &[String] {
         &self.heading
     }
 
-    /// The line of the heading.
+    /// Returns the line of the heading.
     pub(crate) fn heading_line(&self) -> u64 {
         self.line
     }
 
-    /// The position of a column. Columns that nobody asks for may have equal names.
+    /// Returns the position of a column. Columns that are not read may have equal names.
     pub fn column(&self, name: &str) -> Result<usize, DataError> {
         let mut positions =
             (0..self.heading.len()).filter(|&position| self.heading[position] == name);
@@ -307,20 +307,20 @@ impl Table<'_> {
         }
     }
 
-    /// The positions of columns.
+    /// Returns the positions of columns.
     ///
     /// # Errors
-    /// If one is missing, or there are two of the same name.
+    /// If a column is missing, or there are two of the same name.
     pub fn columns(&self, names: &[&str]) -> Result<Vec<usize>, DataError> {
         names.iter().map(|name| self.column(name)).collect()
     }
 
-    /// The line on which a row starts.
+    /// Returns the line on which a row starts.
     pub fn line(&self, row: &csv::StringRecord) -> u64 {
         row.position().map_or(1, csv::Position::line)
     }
 
-    /// The error about a cell.
+    /// Returns the error about a cell.
     pub fn wrong(
         &self,
         row: &csv::StringRecord,
@@ -370,7 +370,8 @@ impl Table<'_> {
     }
 }
 
-/// A record from the texts of its columns by position, or the position of a wrong one.
+/// Parses a record from the texts of its columns by position. The error is the position of a wrong
+/// text.
 fn parse<'t, R: Default + 'static>(
     columns: impl Iterator<Item = &'static Column<R>>,
     cell: impl Fn(usize) -> &'t str,

@@ -1,7 +1,7 @@
 //! Keys with another unit than that of their setting: `length_mm` states `length_m`.
 //!
-//! One rule for the keys of all settings that have a unit, wherever they stand: in files, options
-//! and sweeps, for named tools and from Python. [`crate::text::units`] has the units.
+//! One rule applies to the keys of all settings that have a unit, wherever they stand: in files,
+//! options and sweeps, for named tools and from Python. [`crate::text::units`] has the units.
 
 use crate::grid::SHORT_NAMES;
 use crate::text::units::{Unit, own_keys, units_of};
@@ -9,8 +9,8 @@ use bristle::model::parameters::Parameter;
 
 use crate::input::keys::{CONTROL_POINTS, STUDY};
 
-/// The setting that a dotted path states, and the unit in which it does; without one if it is a
-/// ratio or a count.
+/// Returns the setting that a dotted path states, and the unit of the path; no unit for a ratio or
+/// a count.
 #[must_use]
 pub fn setting(path: &str) -> Option<(&'static Parameter, Option<&'static Unit>)> {
     let other =
@@ -20,9 +20,9 @@ pub fn setting(path: &str) -> Option<(&'static Parameter, Option<&'static Unit>)
         .or_else(other)
 }
 
-/// The key by which a section states in the unit of the setting what `key` does in another, and the
-/// latter unit. `None` if there is no such key, or no other unit. The keys of `[study]` are short
-/// names and paths of settings.
+/// Returns the key by which a section states in the unit of the setting what `key` states in
+/// another unit, and this other unit. `None` if there is no such key, or no other unit. The keys of
+/// `[study]` are short names and paths of settings.
 #[must_use]
 pub fn own_key(section: &str, key: &str) -> Option<(String, &'static Unit)> {
     if section == STUDY {
@@ -34,19 +34,19 @@ pub fn own_key(section: &str, key: &str) -> Option<(String, &'static Unit)> {
     Some((path[section.len() + 1..].to_owned(), unit))
 }
 
-/// The path of the setting that a path states in another unit, and that unit.
+/// Returns the path of the setting that a path states in another unit, and that unit.
 pub(crate) fn own_path(path: &str) -> Option<(String, &'static Unit)> {
     own_keys(path).find(|(own, unit)| !unit.is_own() && has_units(own))
 }
 
-/// The other paths that state the setting at a path, each in a unit.
+/// Returns the other paths that state the setting at a path, each in a unit.
 pub(crate) fn other_paths(own: &str) -> impl Iterator<Item = (String, &'static Unit)> {
     let others = units_of(own).filter(|unit| !unit.is_own() && has_units(own));
     others.filter_map(|unit| Some((unit.key_of(own)?, unit)))
 }
 
-/// Whether the path is that of a setting whose unit is what the end of the path says: that of a
-/// contact stiffness depends on its exponent.
+/// Returns `true` if the end of a path states the unit of its setting. The unit of a contact
+/// stiffness depends on its exponent instead.
 fn has_units(own: &str) -> bool {
     let unit = units_of(own).next().map(Unit::name);
     own == CONTROL_POINTS

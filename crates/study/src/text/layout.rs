@@ -1,20 +1,20 @@
-//! Lines and columns in a terminal, whose width is counted in the columns that characters take.
+//! Layout of lines in a terminal. Widths count the columns that characters take.
 
 use std::fmt::{self, Display, Formatter};
 
 use crate::text::columns;
 
-/// Width of a terminal, in columns, of which nothing else is known. Warnings are made for it.
+/// Width of a terminal, in columns, unless it is known. Warnings are wrapped to it.
 pub const WIDTH: usize = 80;
 /// Longest line of prose, in columns, however wide the terminal is: longer ones are hard to read.
-const PROSE: usize = 100;
-/// Room for prose of several lines beside a row of a table, in columns.
-const LEAST_BESIDE: usize = 40;
+const MAX_PROSE_WIDTH: usize = 100;
+/// Least room for prose of several lines beside a row of a table, in columns.
+const MIN_WIDTH_BESIDE: usize = 40;
 /// Indentation of prose below a row of a table, in columns.
-const BELOW: usize = 8;
+const INDENT_BELOW: usize = 8;
 
-/// Rows with equal numbers of cells as lines, with each column right-aligned and two spaces before
-/// it.
+/// Formats rows with equal numbers of cells as lines. Each column is right-aligned after two
+/// spaces.
 pub fn aligned(rows: &[Vec<String>]) -> Vec<String> {
     let widths = widths(rows);
     let line = |row: &Vec<String>| {
@@ -26,7 +26,7 @@ pub fn aligned(rows: &[Vec<String>]) -> Vec<String> {
     rows.iter().map(line).collect()
 }
 
-/// The width of each column of rows with equal numbers of cells.
+/// Returns the width of each column of rows with equal numbers of cells.
 fn widths(rows: &[Vec<String>]) -> Vec<usize> {
     let count = rows.first().map_or(0, Vec::len);
     (0..count)
@@ -39,18 +39,18 @@ fn widths(rows: &[Vec<String>]) -> Vec<usize> {
         .collect()
 }
 
-/// A text with spaces before it, in `width` columns.
+/// Pads a text with spaces before it to `width` columns.
 pub fn right(text: &str, width: usize) -> String {
     " ".repeat(width.saturating_sub(columns(text))) + text
 }
 
-/// A text with spaces after it, in `width` columns.
+/// Pads a text with spaces after it to `width` columns.
 pub fn left(text: &str, width: usize) -> String {
     text.to_owned() + &" ".repeat(width.saturating_sub(columns(text)))
 }
 
-/// Rows in blocks of columns, such that the lines of [`aligned`] fit into `width` if cells allow
-/// it. Each block begins with the first `repeated` columns.
+/// Splits rows into blocks of columns, such that the lines of [`aligned`] fit into `width` if cells
+/// allow it. Each block begins with the first `repeated` columns.
 pub fn blocks(rows: &[Vec<String>], repeated: usize, width: usize) -> Vec<Vec<Vec<String>>> {
     let widths: Vec<usize> = widths(rows).into_iter().map(|width| width + 2).collect();
     let first: usize = widths[..repeated].iter().sum();
@@ -79,7 +79,7 @@ pub fn blocks(rows: &[Vec<String>], repeated: usize, width: usize) -> Vec<Vec<Ve
 /// words allow it.
 pub fn wrap(width: usize, text: &mut String, beginning: &str, words: &str) {
     let indent = columns(beginning);
-    let width = width.min(indent + PROSE);
+    let width = width.min(indent + MAX_PROSE_WIDTH);
     text.push_str(beginning);
     let mut column = indent;
     for word in words.split(' ') {
@@ -97,23 +97,23 @@ pub fn wrap(width: usize, text: &mut String, beginning: &str, words: &str) {
     text.push('\n');
 }
 
-/// Appends a row of a table and prose about it: to its right where it fits on the line or there is
-/// much room, otherwise below.
+/// Appends a row of a table and prose about it. Prose that fits on the line, or has much room
+/// there, stands to the right of the row, otherwise below.
 pub fn wrap_beside(width: usize, text: &mut String, row: &str, words: &str) {
     let beginning = format!("{row}  ");
     let room = width.saturating_sub(columns(&beginning));
-    if columns(words) <= room || room >= LEAST_BESIDE {
+    if columns(words) <= room || room >= MIN_WIDTH_BESIDE {
         wrap(width, text, &beginning, words);
     } else {
         text.push_str(&format!("{}\n", row.trim_end()));
-        wrap(width, text, &" ".repeat(BELOW), words);
+        wrap(width, text, &" ".repeat(INDENT_BELOW), words);
     }
 }
 
-/// A warning of results that are not what they seem.
+/// Warning about results that may mislead.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Warning {
-    /// Id of a finding; empty of other warnings.
+    /// Id of a finding; empty for other warnings.
     id: &'static str,
     statement: String,
     /// Remedy, and the line to add to the input file for it, which may be empty.
@@ -121,7 +121,7 @@ pub struct Warning {
 }
 
 impl Warning {
-    /// A warning that states something.
+    /// Creates a warning with a statement.
     pub fn new(statement: impl Into<String>) -> Self {
         Self {
             id: "",
@@ -136,8 +136,7 @@ impl Warning {
         Self { id, ..self }
     }
 
-    /// The same warning, with what to do about it: a statement, and a line to add to the input
-    /// file.
+    /// Returns the warning with a remedy, and a line to add to the input file.
     #[must_use]
     pub fn with_help(self, how: impl Into<String>, line: impl Into<String>) -> Self {
         Self {
@@ -146,7 +145,7 @@ impl Warning {
         }
     }
 
-    /// Its text in as many lines as it has parts, for who wraps lines.
+    /// Returns the text in as many lines as it has parts, for callers that wrap lines.
     pub fn plain(&self) -> String {
         let help = self
             .help
@@ -161,7 +160,7 @@ impl Warning {
     }
 }
 
-/// For a terminal 80 columns wide, without a line end.
+/// Formats the warning for a terminal 80 columns wide, without a line end.
 impl Display for Warning {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
         const HELP: &str = "   = help: ";
@@ -182,7 +181,7 @@ impl Display for Warning {
     }
 }
 
-/// A note for a terminal 80 columns wide, without a line end.
+/// Formats a note for a terminal 80 columns wide, without a line end.
 pub fn note(statement: &str) -> String {
     wrapped("note: ", statement)
 }
@@ -227,7 +226,10 @@ mod tests {
         assert_eq!(text.split_whitespace().count(), 41);
         let mut wide = String::new();
         wrap(500, &mut wide, "", &"word ".repeat(40));
-        assert!(wide.lines().all(|line| columns(line) <= PROSE), "{wide}");
+        assert!(
+            wide.lines().all(|line| columns(line) <= MAX_PROSE_WIDTH),
+            "{wide}"
+        );
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! [`number`]s and lines ([`layout`]) as people read them, the [`units`] of keys, and text of files as
-//! a message shows it ([`shown`]).
+//! Formats of [`number`]s and lines ([`layout`]) for people, the [`units`] of keys, and text of
+//! files as a message shows it ([`shown`]).
 
 pub mod layout;
 pub mod number;
@@ -8,7 +8,7 @@ pub mod units;
 pub use bristle_codegen::text::{Lines, is_invisible, shortened, shown, shown_path};
 use unicode_width::UnicodeWidthStr;
 
-/// The words with a capital letter at the beginning.
+/// Returns the words with a capital letter at the beginning.
 #[must_use]
 pub fn capitalised(words: &str) -> String {
     let mut letters = words.chars();
@@ -18,8 +18,8 @@ pub fn capitalised(words: &str) -> String {
         .unwrap_or_default()
 }
 
-/// The columns that a line of text takes in a terminal: two for a character of Chinese, none for a
-/// combining accent.
+/// Returns the columns that a line of text takes in a terminal: two for a character of Chinese,
+/// none for a combining accent.
 #[must_use]
 pub fn columns(line: &str) -> usize {
     line.width()

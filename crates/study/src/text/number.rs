@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-/// Swept values with equal numbers of decimals.
+/// Formats swept values with equal numbers of decimals.
 pub fn labels(values: impl Iterator<Item = f64>) -> Vec<String> {
     let labels: Vec<String> = values.map(short).collect();
     let decimals = |label: &String| match label.split_once('.') {
@@ -17,7 +17,7 @@ pub fn labels(values: impl Iterator<Item = f64>) -> Vec<String> {
     labels.into_iter().map(with_decimals).collect()
 }
 
-/// A swept value with at most four significant digits.
+/// Formats a swept value with at most four significant digits.
 pub fn short(value: f64) -> String {
     let scientific = format!("{value:.3e}");
     match scientific.parse::<f64>() {
@@ -29,7 +29,7 @@ pub fn short(value: f64) -> String {
     }
 }
 
-/// A number with so many significant digits, if its exponent is one of those that are written out.
+/// Formats a number without an exponent, if its exponent is one of `exponents`.
 fn written_out(value: f64, digits: usize, exponents: RangeInclusive<i32>) -> Option<String> {
     let scientific = format!("{value:.*e}", digits - 1);
     let exponent = scientific
@@ -44,7 +44,7 @@ fn written_out(value: f64, digits: usize, exponents: RangeInclusive<i32>) -> Opt
     }
 }
 
-/// A result with three significant digits.
+/// Formats a result with three significant digits.
 #[must_use]
 pub fn significant(value: f64) -> String {
     if value == 0.0 {
@@ -53,7 +53,7 @@ pub fn significant(value: f64) -> String {
     written_out(value, 3, -4..=5).unwrap_or_else(|| format!("{value:.2e}"))
 }
 
-/// A result with its uncertainty, which has two digits, if there is one.
+/// Formats a result and, unless it is zero, its uncertainty with two digits.
 #[must_use]
 pub fn uncertain(value: f64, uncertainty: f64) -> String {
     if uncertainty == 0.0 {
@@ -64,8 +64,8 @@ pub fn uncertain(value: f64, uncertainty: f64) -> String {
     format!("{} ± {digits}", significant(value))
 }
 
-/// A number of a quantity that spans decades: three significant digits, and two with an exponent
-/// from 10⁴.
+/// Formats a number of a quantity that spans decades: three significant digits from 0.01 to 10⁴,
+/// elsewhere two with an exponent.
 pub fn spanning(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -73,7 +73,7 @@ pub fn spanning(value: f64) -> String {
     written_out(value, 3, -2..=3).unwrap_or_else(|| format!("{value:.1e}"))
 }
 
-/// A number of cases, in words.
+/// Formats a number of cases in words.
 #[must_use]
 pub fn counted(cases: usize) -> String {
     if cases == 1 {

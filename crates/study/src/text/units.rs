@@ -1,34 +1,34 @@
 //! Units as people write them: at the ends of keys, behind numbers, and in headings.
 //!
-//! One table has them all. Each converts to the unit of the settings that it measures, by decimal
-//! digits where that is a power of ten: 40 mm are the same double as 0.04 m.
+//! One table has them all. Each unit converts to the unit that settings of its quantity have.
+//! Powers of ten shift decimal digits: 40 mm are the same double as 0.04 m.
 
 use std::f64::consts::PI;
 
 /// A unit of a quantity.
 #[derive(Debug, PartialEq)]
 pub struct Unit {
-    /// The end of a key in this unit.
+    /// End of a key in this unit.
     pub suffix: &'static str,
-    /// How it is written behind a number or in a heading; the first is that of messages.
+    /// Spellings behind a number or in a heading; messages use the first.
     pub names: &'static [&'static str],
-    /// The end of the keys of settings that have this quantity.
+    /// End of the keys of settings that have this quantity.
     pub own: &'static str,
     conversion: Conversion,
 }
 
-/// From a number in a unit to one in that of the settings.
+/// Conversion of a number in a unit to one in the unit of the settings.
 #[derive(Debug, PartialEq)]
 enum Conversion {
-    /// By a power of ten.
+    /// Power of ten.
     Ten(i32),
-    /// By a factor and a divisor.
+    /// Factor and divisor.
     Ratio(f64, f64),
 }
 
 use Conversion::{Ratio, Ten};
 
-/// All units. Of each quantity the first is that of the settings.
+/// All units. The first unit of each quantity is that of the settings.
 pub static UNITS: [Unit; 37] = [
     unit("_m", &["m"], "_m", Ten(0)),
     unit("_mm", &["mm"], "_m", Ten(-3)),
@@ -77,26 +77,26 @@ pub static UNITS: [Unit; 37] = [
     unit("_mn", &["mN"], "_n", Ten(-3)),
     unit("_w", &["W"], "_w", Ten(0)),
     unit("_kw", &["kW"], "_w", Ten(3)),
-    // Of keys without a unit.
+    // For keys without a unit.
     unit("", &["%"], "", Ten(-2)),
 ];
 
-/// The units of a torque, whose keys end like those of a stiffness. The first is that of the key.
+/// Units of a torque, whose keys end like those of a stiffness. The first is that of the key.
 pub static TORQUES: [Unit; 3] = [
     unit("_n_m", &["N m", "Nm", "N·m"], "_n_m", Ten(0)),
     unit("_n_cm", &["N cm", "Ncm", "N·cm"], "_n_m", Ten(-2)),
     unit("_n_mm", &["N mm", "Nmm", "N·mm"], "_n_m", Ten(-3)),
 ];
 
-/// The units of a time. They are not among [`UNITS`], because the end of `_m_min` is not that of a
-/// time. The first is that of the key.
+/// Units of a time. [`UNITS`] has none, because the end of `_m_min` is not that of a time. The
+/// first is that of the key.
 pub static TIMES: [Unit; 3] = [
     unit("_s", &["s", "sec"], "_s", Ten(0)),
     unit("_min", &["min"], "_s", Ratio(60.0, 1.0)),
     unit("_h", &["h"], "_s", Ratio(3600.0, 1.0)),
 ];
 
-/// The unit of a number of turns.
+/// Unit of a number of turns.
 pub static TURNS: [Unit; 1] = [unit("", &["1"], "", Ten(0))];
 
 const fn unit(
@@ -114,13 +114,13 @@ const fn unit(
 }
 
 impl Unit {
-    /// How it is written in messages.
+    /// Returns the spelling in messages.
     #[must_use]
     pub fn name(&self) -> &'static str {
         self.names[0]
     }
 
-    /// How the unit of the settings is written in messages.
+    /// Returns the spelling of the settings' unit in messages.
     #[must_use]
     pub fn own_name(&self) -> &'static str {
         UNITS
@@ -129,13 +129,13 @@ impl Unit {
             .map_or("", Self::name)
     }
 
-    /// Whether it is the unit of the settings.
+    /// Returns `true` if it is the unit of the settings.
     #[must_use]
     pub fn is_own(&self) -> bool {
         self.conversion == Ten(0)
     }
 
-    /// A number in this unit, in that of the settings.
+    /// Converts a number in this unit to the unit of the settings.
     #[must_use]
     pub fn to_own(&self, number: f64) -> f64 {
         match self.conversion {
@@ -144,7 +144,7 @@ impl Unit {
         }
     }
 
-    /// A number in the unit of the settings, in this one.
+    /// Converts a number in the unit of the settings to this unit.
     #[must_use]
     pub fn of_own(&self, number: f64) -> f64 {
         match self.conversion {
@@ -153,8 +153,8 @@ impl Unit {
         }
     }
 
-    /// The key that states in this unit what `own` states in that of the settings, if `own` has
-    /// this quantity.
+    /// Returns the key that states in this unit what `own` states in that of the settings, if `own`
+    /// has this quantity.
     #[must_use]
     pub fn key_of(&self, own: &str) -> Option<String> {
         let is_time = self.own == TIMES[0].own && own.ends_with(self.own);
@@ -163,7 +163,7 @@ impl Unit {
     }
 }
 
-/// A number times a power of ten, as if its decimal point were elsewhere.
+/// Multiplies a number by a power of ten, as if its decimal point moved.
 fn shifted(number: f64, power: i32) -> f64 {
     if power == 0 || !number.is_finite() {
         return number;
@@ -176,7 +176,7 @@ fn shifted(number: f64, power: i32) -> f64 {
     moved.expect("a finite number has digits and an exponent")
 }
 
-/// The number of 12 digits that a quotient is except for rounding, if there is one; otherwise the
+/// Returns the number of 12 digits that equals a quotient except for rounding, or else the
 /// quotient.
 fn without_last_bit(quotient: f64) -> f64 {
     let short = format!("{quotient:.11e}").parse().unwrap_or(quotient);
@@ -187,12 +187,12 @@ fn without_last_bit(quotient: f64) -> f64 {
     }
 }
 
-/// The end of a key that is its unit in the settings; empty if it has none.
+/// Returns the end of a key that is its unit in the settings; empty if it has none.
 fn own_suffix(key: &str) -> &'static str {
     longest(key, UNITS.iter().map(|unit| unit.own))
 }
 
-/// The longest of some suffixes of a text.
+/// Returns the longest suffix that a text has; empty if none.
 fn longest(text: &str, suffixes: impl Iterator<Item = &'static str>) -> &'static str {
     suffixes
         .filter(|suffix| text.ends_with(suffix))
@@ -200,14 +200,13 @@ fn longest(text: &str, suffixes: impl Iterator<Item = &'static str>) -> &'static
         .unwrap_or_default()
 }
 
-/// The units that the end of a key states: several if it may be a key of several quantities.
+/// Returns the units that the end of a key states: several if keys of several quantities end so.
 fn units_at_end(key: &str) -> impl Iterator<Item = &'static Unit> {
     let suffix = longest(key, UNITS.iter().map(|unit| unit.suffix));
     UNITS.iter().filter(move |unit| unit.suffix == suffix)
 }
 
-/// The keys of settings that a key may state, each with the unit in which it does; the key itself
-/// included.
+/// Returns the keys of settings that a key may state, itself included, each with the key's unit.
 pub fn own_keys(key: &str) -> impl Iterator<Item = (String, &'static Unit)> {
     let own_key = |unit: &Unit| format!("{}{}", &key[..key.len() - unit.suffix.len()], unit.own);
     units_at_end(key)
@@ -215,8 +214,8 @@ pub fn own_keys(key: &str) -> impl Iterator<Item = (String, &'static Unit)> {
         .filter(|(own, unit)| own_suffix(own) == unit.own)
 }
 
-/// The units in which a key of a setting can be stated, that of the setting first; none if it has
-/// no unit.
+/// Returns the units in which a key of a setting can be stated, that of the setting first; none if
+/// it has no unit.
 pub fn units_of(own: &str) -> impl Iterator<Item = &'static Unit> {
     let suffix = own_suffix(own);
     UNITS
@@ -224,8 +223,8 @@ pub fn units_of(own: &str) -> impl Iterator<Item = &'static Unit> {
         .filter(move |unit| !suffix.is_empty() && unit.own == suffix)
 }
 
-/// A number with a unit as written behind it, in the unit that the end of a key states; `None` if
-/// the unit does not suit the key.
+/// Converts a number with a unit as written behind it to the unit that the end of a key states.
+/// `None` if the unit does not suit the key.
 #[must_use]
 pub fn in_unit_of(key: &str, number: f64, written: &str) -> Option<f64> {
     units_at_end(key).find_map(|of_key| {
@@ -241,7 +240,7 @@ pub fn in_unit_of(key: &str, number: f64, written: &str) -> Option<f64> {
     })
 }
 
-/// A key without the unit at its end, if it has one.
+/// Returns a key without the unit at its end, if it has one.
 #[must_use]
 pub fn without_unit(key: &str) -> Option<&str> {
     let suffix = longest(key, UNITS.iter().map(|unit| unit.suffix));
@@ -252,7 +251,7 @@ pub fn without_unit(key: &str) -> Option<&str> {
 mod tests {
     use super::*;
 
-    /// The unit at the end of a key of a setting with this end.
+    /// Returns the unit at the end of a key of a setting with this end.
     fn at_end(key: &str, own: &str) -> &'static Unit {
         units_at_end(key).find(|unit| unit.own == own).expect(key)
     }

@@ -12,7 +12,7 @@ use serde::Deserialize;
 
 use crate::{change_when_checked, fitted};
 
-/// The brush of the paper with few segments.
+/// Returns the brush of the paper with few segments.
 fn brush() -> Settings {
     let mut settings = Settings::paper(10.0, 1e-3);
     settings.filament.segments = 6;
@@ -38,8 +38,8 @@ fn point(velocity: f64, penetration_depth_m: f64, value: f64, std: Option<f64>) 
     }
 }
 
-/// The forces of a brush at all combinations of speeds and depths, with a relative standard
-/// deviation.
+/// Simulates the forces of a brush at all combinations of speeds and depths, with a relative
+/// standard deviation.
 fn simulated(
     truth: &Settings,
     speeds: &[f64],

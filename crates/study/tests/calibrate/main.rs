@@ -7,14 +7,14 @@ use bristle::simulation::Stop;
 use bristle_study::calibrate::{Calibration, Fitted, Means, Unwatched};
 use bristle_study::grid::Resources;
 
-/// The settings with these keys, within the bounds that they state.
+/// Returns the settings with these keys, within the bounds that they state.
 fn fitted(keys: &[&str]) -> Vec<Fitted> {
     keys.iter()
         .map(|key| Fitted::parse(key).expect("a setting"))
         .collect()
 }
 
-/// The largest change of what was fitted when it is simulated with more precision.
+/// Returns the largest change of a fitted point when it is simulated with more precision.
 fn change_when_checked(calibration: &Calibration) -> f64 {
     let (stop, observer) = (Stop::default(), Unwatched);
     let means = Means {

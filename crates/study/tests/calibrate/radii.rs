@@ -25,7 +25,7 @@ fn brush() -> Settings {
     brush_at(-5e-3)
 }
 
-/// A brush whose filaments enter at an edge with this offset (m).
+/// Returns a brush whose filaments enter at an edge with this offset (m).
 fn brush_at(offset_m: f64) -> Settings {
     let mut settings = Settings::paper(10.0, 2e-3);
     settings.filament.segments = 6;
@@ -48,7 +48,7 @@ fn point(time: f64, value: f64, std: Option<f64>) -> MeasuredRadius {
     }
 }
 
-/// The edge of a brush over time, as `bristle remove` has it.
+/// Simulates the edge of a brush over time, as `bristle remove` does.
 fn removal(mut settings: Settings) -> Removal {
     let until = Some(RemovalGoal::TimeS(TIMES[7]));
     let old = settings.removal_or_default();
@@ -66,7 +66,7 @@ fn removal(mut settings: Settings) -> Removal {
     .expect("an edge")
 }
 
-/// Radii at the times, with a standard deviation and that much noise.
+/// Returns radii at the times, with a standard deviation and multiples of it as noise.
 fn radii(settings: &Settings, std: f64, noise: f64) -> Vec<MeasuredRadius> {
     let rows = removal(settings.clone()).rows;
     let at = |time: f64| {
@@ -99,7 +99,7 @@ fn fit(problem: Problem) -> Result<Calibration, Interrupted> {
     Ok(calibrate(problem, Reach::default(), means)?.expect("a start"))
 }
 
-/// What is printed, in one line.
+/// Returns the summary in one line.
 fn words(found: &Calibration) -> String {
     summary(found, 80)
         .split_whitespace()
@@ -129,7 +129,7 @@ fn radii_give_their_coefficient_and_the_radius_at_the_start() {
     let [low, high] = noisy.intervals[0].expect("it is determined");
     assert!(low < TRUTH && TRUTH < high);
     assert!((noisy.probability().expect("standard deviations") - 0.5).abs() < 0.49);
-    // The radius at the start is sought from sharp on, wherever the file sees it.
+    // The radius at the start is sought from sharp on, whatever the file states.
     let mut wrong = brush();
     wrong.workpiece.kind.set_edge_radius_m(0.0);
     let keys = [PRESTON, START];

@@ -10,7 +10,7 @@ use fastrand::Rng;
 
 use super::{Sample, TOLERANCE};
 
-/// A wrong variable is seen at any random state.
+/// Random states: any shows a wrong variable.
 const STATES: usize = 2;
 
 /// The symbols besides the one under test.
@@ -48,8 +48,8 @@ fn kernel(number: usize, name: &str) -> Kernel {
     }
 }
 
-/// The functions of all names that are accepted: of the words in the code that `emit` writes, and
-/// of the names that intermediates would have.
+/// Functions of all accepted names: words in the code that `emit` writes, and names that
+/// intermediates would have.
 pub fn sample(emit: impl Fn(&[Kernel]) -> Result<Vec<SourceFile>, String>) -> Sample {
     let files = emit(&[kernel(0, "symbol")]).expect("the name is free");
     let is_of_word = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';

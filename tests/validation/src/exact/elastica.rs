@@ -18,7 +18,7 @@ pub struct TipLoad {
 }
 
 impl TipLoad {
-    /// Under `α = P L²/(E I)`.
+    /// The beam under `α = P L²/(E I)`.
     ///
     /// With `m = (1 + sin φ)/2` and `sin ϑ = 1/√(2m)`, φ being the angle of the tip: `√α = K(m) −
     /// F(ϑ, m)`, `w/L = 1 − 2/√α (E(m) − E(ϑ, m))`, `Δ/L = 1 − √(2 sin φ/α)`.

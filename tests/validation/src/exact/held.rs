@@ -27,10 +27,10 @@ use spec_math::Ellip;
 use super::zero;
 
 /// Bounds of θ_c in which solutions are sought.
-const LEAST_ANGLE: f64 = 1e-6;
-const LARGEST_ANGLE: f64 = 2.5;
+const MIN_ANGLE: f64 = 1e-6;
+const MAX_ANGLE: f64 = 2.5;
 
-/// Arc length and end of the beam up to the point that is pressed on, for `F = 1`.
+/// Arc length and end of the beam up to the loaded point, for `F = 1`.
 #[derive(Clone, Copy, Debug)]
 struct Bent {
     length: f64,
@@ -38,7 +38,7 @@ struct Bent {
 }
 
 impl Bent {
-    /// For the angle `θ_c` at the point and the inclination `η` of the force.
+    /// The beam for the angle `θ_c` at the point and the inclination `η` of the force.
     fn new(angle: f64, inclination: f64) -> Self {
         let at_root = FRAC_PI_2 - inclination - angle;
         // √m = sin((π/2 − η)/2), without cancellation where the force points along the beam.
@@ -70,7 +70,7 @@ pub struct Circle {
     pub centre: [f64; 2],
     /// Its radius; negative if the beam is inside.
     pub radius: f64,
-    /// The normal force over the depth by which it presses the surface in.
+    /// The normal force over the indentation of the surface.
     pub stiffness: f64,
 }
 
@@ -122,8 +122,8 @@ impl Held {
         };
         let angle = zero(
             |angle| state(angle).1,
-            LEAST_ANGLE,
-            LARGEST_ANGLE.min(PI - 2.0 * inclination),
+            MIN_ANGLE,
+            MAX_ANGLE.min(PI - 2.0 * inclination),
         );
         state(angle).0
     }
@@ -149,8 +149,8 @@ impl Held {
             )
         };
         // From no bending, or none at the root, to a force along the beam.
-        let low = (2.0 * slope - PI).max(0.0) + LEAST_ANGLE;
-        let high = LARGEST_ANGLE.min(slope + FRAC_PI_2 - LEAST_ANGLE);
+        let low = (2.0 * slope - PI).max(0.0) + MIN_ANGLE;
+        let high = MAX_ANGLE.min(slope + FRAC_PI_2 - MIN_ANGLE);
         let off = |angle: f64| {
             let (held, tip) = state(angle);
             mismatch(&held, tip)
@@ -171,8 +171,8 @@ impl Held {
         at(zero(|slope| at(slope).1, low, high)).0
     }
 
-    /// Ways by which `circle`, an edge without friction, must move along `x` for a beam of the given
-    /// length to leave it: until it touches the tip, and until it slips off the tip.
+    /// Distances by which `circle`, an edge without friction, must move along `x` for a beam of the
+    /// given length to leave it: until it touches the tip, and until it slips off the tip.
     pub fn release(circle: Circle, length: f64) -> [f64; 2] {
         let [x, y] = circle.centre;
         let moved = |by: f64| {
@@ -185,14 +185,14 @@ impl Held {
             )
         };
         let to_tip = zero(|by| moved(by).length - length, 0.0, length);
-        // On the tip the edge first moves on, until there is no equilibrium farther away.
+        // The edge first moves on along the tip, until there is no equilibrium farther away.
         let at = |slope: f64| {
             let depth = |held: &Self| circle.radius - held.force / circle.stiffness;
             let off = |held: &Self, tip: [f64; 2]| tip[1] - y - depth(held) * slope.cos();
             let (held, tip) = Self::at_tip(length, slope, off);
             tip[0] + depth(&held) * slope.sin() - x
         };
-        let (mut low, mut high) = (moved(to_tip).angle, LARGEST_ANGLE);
+        let (mut low, mut high) = (moved(to_tip).angle, MAX_ANGLE);
         for _ in 0..200 {
             let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
             // Beyond the last solution there is none, and its place is NaN.
@@ -216,7 +216,7 @@ pub mod checks {
         }
     }
 
-    /// Where a beam ends that starts with the curvature that its force demands, by the classical
+    /// The end of a beam that starts with the curvature due to its force, by the classical
     /// Runge-Kutta method, and its curvature there.
     fn integrated(held: &Held) -> [f64; 3] {
         const STEPS: usize = 2000;

@@ -8,7 +8,7 @@
 //! F = k_l ∫ (d − √(g² + s²)) g/√(g² + s²) ds/sin α = k_l g [2 d asinh(w/g) − 2 w]/sin α
 //! ```
 //!
-//! of which `(4/3) k_l √(2 d) δ^(3/2)/sin α` is the limit for δ ≪ d.
+//! with the limit `(4/3) k_l √(2 d) δ^(3/2)/sin α` for δ ≪ d.
 
 use super::zero;
 
@@ -53,8 +53,8 @@ impl Pressing {
     /// ⟨δ⟩ ds` of both.
     pub fn wedge(self, overlap: f64, angle: f64) -> f64 {
         let gap = self.reach - overlap;
-        // The distances from points of the leaning one to the other's line are vertical; the others
-        // are inclined by the angle.
+        // The distances from points of the leaning filament to the other's line are vertical; the
+        // others are inclined by the angle.
         let seen_from_other = self.reach - gap * angle.cos();
         0.25 * self.stiffness
             * (overlap * overlap + seen_from_other * seen_from_other * angle.cos())
@@ -62,8 +62,8 @@ impl Pressing {
     }
 
     /// Force in N between two cantilevers that cross at a right angle and would overlap by
-    /// `approach` (m) if they did not bend, of which both together yield by `compliance` (m/N): `P
-    /// = δ_0/(a_1³/(3 E I_1) + a_2³/(3 E I_2) + 1/k)` with `k = P/δ(P)`.
+    /// `approach` (m) if they did not bend. Both together yield by `compliance` (m/N):
+    /// `P = δ_0/(a_1³/(3 E I_1) + a_2³/(3 E I_2) + 1/k)` with `k = P/δ(P)`.
     pub fn cantilevers(self, compliance: f64, approach: f64) -> f64 {
         zero(
             |force| force * compliance + self.overlap(force) - approach,

@@ -81,8 +81,8 @@ pub fn southwell(hub: f64) -> f64 {
     tensed / moved
 }
 
-/// Deflection of the tip, over the distance of the clamp from the axis, of a beam of length 1 with
-/// `E I = ρ A = 1` that is parallel to the axis about which it turns at `speed`.
+/// Deflection of the tip of a beam over the distance of its clamp from the axis. The beam has length
+/// 1 and `E I = ρ A = 1`, and is parallel to the axis about which it turns at `speed`.
 ///
 /// `w⁗ = Ω² (r + w)` with `w(0) = w′(0) = w″(1) = w‴(1) = 0` has `w(1)/r = (cosh Λ + cos Λ)/(1 +
 /// cosh Λ cos Λ) − 1`, `Λ² = Ω`: the centrifugal force is across the beam, and does not stiffen it.
@@ -188,7 +188,7 @@ pub mod checks {
                 splay(speed)
             );
         }
-        // A slow one is a cantilever under a uniform load.
+        // A slow beam is a cantilever under a uniform load.
         assert!(
             (splay(1e-3) / (1e-6 / 8.0) - 1.0).abs() < 1e-6,
             "{}",

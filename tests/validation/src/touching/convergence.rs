@@ -1,4 +1,4 @@
-//! How the mean impulse of a steady stretch converges.
+//! Convergence of the mean impulse of a steady stretch.
 
 use bristle::brush::{BrushResult, simulate_brush};
 use bristle::model::metrics::tool_force;
@@ -39,7 +39,7 @@ const SEGMENTS: usize = 8;
 /// The depth in m at which settings are changed.
 const DEPTH: f64 = 1e-3;
 
-/// Mean impulse of a steady stretch of 682 filaments around, and what it depends on.
+/// Mean impulse of a steady stretch of 682 filaments around, and its dependence on settings.
 ///
 /// docs/MODEL.md states the forces, from a prototype, another code. One setting is changed at a
 /// time. Brushes of several rows are staggered and tilted at random by 1e-3 rad.
@@ -91,9 +91,9 @@ fn tilted(row: &Settings, rows: usize) -> Settings {
 
 /// Compares the mean of `base`, whose result is given, with that of changed settings.
 fn changes(trial: &mut Trial, base: &Settings, of_base: &BrushResult) -> Outcome {
-    const MOST_SEGMENTS: usize = 24;
-    const MOST_ROWS: usize = 8;
-    const FINEST: f64 = 1e-5;
+    const MAX_SEGMENTS: usize = 24;
+    const MAX_ROWS: usize = 8;
+    const MIN_TOLERANCE: f64 = 1e-5;
     let (columns, reference) = (of_base.columns, of_base.tool.contact_normal_impulse_n_s);
     let mean = |settings: &Settings| {
         if settings == base {
@@ -119,7 +119,7 @@ fn changes(trial: &mut Trial, base: &Settings, of_base: &BrushResult) -> Outcome
         let subject = format!("N_q = {points} instead of the default");
         compare(subject, changed, reference, tolerances::STEADY);
     }
-    // With a finer time step, as stiffer impacts are shorter.
+    // The time step is finer, because stiffer impacts are shorter.
     for stiffness in [2e8, 9e8] {
         let changed = other(&|brush| (brush.stiffness_n_m2, brush.tolerance) = (stiffness, 3e-4))?;
         let subject = format!("k_l = {stiffness:e} N/m² instead of 6e7");
@@ -131,9 +131,9 @@ fn changes(trial: &mut Trial, base: &Settings, of_base: &BrushResult) -> Outcome
         compare(subject, changed, reference, tolerances::STEADY);
     }
     let of_segments = |segments: usize| mean(&steady_row(segments, DEPTH)?);
-    let fine = of_segments(MOST_SEGMENTS)?;
+    let fine = of_segments(MAX_SEGMENTS)?;
     for segments in [8, 12, 16] {
-        let subject = format!("n = {segments} instead of {MOST_SEGMENTS}");
+        let subject = format!("n = {segments} instead of {MAX_SEGMENTS}");
         compare(
             subject,
             of_segments(segments)?,
@@ -141,9 +141,9 @@ fn changes(trial: &mut Trial, base: &Settings, of_base: &BrushResult) -> Outcome
             tolerances::STEADY_COARSE,
         );
     }
-    let many = mean(&tilted(base, MOST_ROWS))?;
+    let many = mean(&tilted(base, MAX_ROWS))?;
     for rows in [2, 4] {
-        let subject = format!("{rows} rows of tilted filaments instead of {MOST_ROWS}");
+        let subject = format!("{rows} rows of tilted filaments instead of {MAX_ROWS}");
         compare(
             subject,
             mean(&tilted(base, rows))?,
@@ -151,11 +151,11 @@ fn changes(trial: &mut Trial, base: &Settings, of_base: &BrushResult) -> Outcome
             tolerances::STEADY_COARSE,
         );
     }
-    let limit = other(&|brush| brush.tolerance = FINEST)?;
+    let limit = other(&|brush| brush.tolerance = MIN_TOLERANCE)?;
     for tolerance in [3e-3, 1e-3, 3e-4, 1e-4, 3e-5] {
         let change = other(&|brush| brush.tolerance = tolerance)? / limit - 1.0;
         trial.check(
-            format!("tolerance {tolerance:e} instead of {FINEST:e}"),
+            format!("tolerance {tolerance:e} instead of {MIN_TOLERANCE:e}"),
             "change of p̄_n / tolerance",
             0.0,
             sources::CONTROL,

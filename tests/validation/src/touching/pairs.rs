@@ -18,10 +18,10 @@ use crate::exact::pressed::Pressing;
 use crate::trial::{Failure, Outcome, Trial};
 use crate::{sources, tolerances};
 
-/// A clamp at rest, which has come by `way` (m) since time zero, smoothly within `time` (s).
+/// A clamp that moves by `way` (m) from time zero to `time` (s), smoothly, and then rests.
 #[derive(Clone, Copy, Debug)]
 struct Approaching {
-    /// Where it comes to rest, in m.
+    /// Position at rest in m.
     root: [f64; 3],
     direction: [f64; 3],
     way: [f64; 3],
@@ -58,7 +58,7 @@ impl ClampMotion for Approaching {
     }
 }
 
-/// One of two filaments: what it is, its clamp, and the direction in which it starts, straight.
+/// One of two filaments: its settings, its clamp, and the direction in which it starts, straight.
 struct Member {
     filament: FilamentSettings,
     clamp: Approaching,
@@ -76,10 +76,10 @@ impl Member {
     }
 }
 
-/// The filaments, which press on each other with the default stiffness, without damping and
-/// friction.
+/// Assembles the filaments, which press on each other with the default stiffness, without damping
+/// and friction.
 fn assembly(members: &[Member], points: usize) -> Assembly<Approaching> {
-    /// In m/s.
+    /// Tolerance in m/s.
     const TOLERANCE: f64 = 1e-7;
     let filaments = members.iter().map(
         |Member {
@@ -146,7 +146,7 @@ fn force_on(assembly: &Assembly<Approaching>, index: usize) -> [f64; 3] {
         })
 }
 
-/// Goes on to `end` (s) in steps of `step` (s), and shorter ones where Newton's method needs them.
+/// Advances to `end` (s) in steps of `step` (s), and shorter ones where Newton's method needs them.
 fn advance(assembly: &mut Assembly<Approaching>, end: f64, step: f64) -> Result<(), Failure> {
     let mut length = step;
     while end - assembly.time() > 1e-9 * step {
@@ -274,16 +274,16 @@ fn compliance_of_chain(filament: &FilamentSettings, arm: f64) -> f64 {
 
 /// Force in N between crossed cantilevers of `segments` segments at rest, whose clamps have
 /// approached by `approach` (m) since they first touched. With `swapped`, the other one comes first
-/// in memory, and others that touch nothing lie between them.
+/// in memory, and filaments without contact lie between them.
 fn pressed_force(
     segments: usize,
     [first, second]: [f64; 2],
     approach: f64,
     swapped: bool,
 ) -> Result<f64, Failure> {
-    /// In m.
+    /// Length per point in m.
     const PART: f64 = 2.5e-5;
-    /// In s: of the approach, and until the filaments rest.
+    /// Times in s: of the approach, and until the filaments rest.
     const TIMES: [f64; 2] = [0.01, 0.05];
     let filament = FilamentSettings {
         damping_ratio: 1.0,
@@ -298,7 +298,7 @@ fn pressed_force(
     let above = Approaching {
         root: [first, -second, reach - approach],
         direction: [0.0, 1.0, 0.0],
-        // From a little above.
+        // It starts a little above.
         way: [0.0, 0.0, -1.1 * approach],
         time: TIMES[0],
     };
@@ -391,14 +391,14 @@ pub fn cantilevers(trial: &mut Trial) -> Outcome {
 const REACH: f64 = 0.02;
 
 /// Force in N on a filament of `segments` segments that rests over a stiff one, which would hold it
-/// at the height `ratio` over the distance by the elastica; and the force of the elastica.
+/// at the height `ratio` over the distance by the elastica; also the force of the elastica.
 fn held_force(segments: usize, ratio: f64) -> Result<[f64; 2], Failure> {
-    /// In m.
+    /// Length per point in m.
     const PART: f64 = 2.5e-5;
     const STIFFER: f64 = 1e4;
     /// Length of the stiff filament in m.
     const LENGTH: f64 = 0.01;
-    /// Where the other one crosses it, in m from its root.
+    /// Distance of the crossing from its root in m.
     const ARM: f64 = 0.003;
     let soft = FilamentSettings {
         damping_ratio: 1.0,
@@ -438,8 +438,8 @@ fn held_force(segments: usize, ratio: f64) -> Result<[f64; 2], Failure> {
     Ok([fx.hypot(fz), expected])
 }
 
-/// Filament that rests across one 10⁴ times as stiff, a fixed edge of the radius d, which is
-/// pressed in by the δ of crossed filaments. The force is extrapolated from two n.
+/// Filament that rests across one 10⁴ times as stiff: a fixed edge of the radius d, which yields by
+/// the δ of crossed filaments. The force is extrapolated from two n.
 pub fn over_filament(trial: &mut Trial) -> Outcome {
     const SEGMENTS: usize = 50;
     for ratio in [0.1, 0.25, 0.5] {

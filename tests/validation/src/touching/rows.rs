@@ -11,7 +11,7 @@ use crate::{sources, tolerances};
 /// Filaments around of the dense rows.
 pub const AROUND: f64 = 682.0;
 
-/// A row of the paper's filaments, with so many of them around and columns.
+/// A row of `columns` columns of the paper's filaments, with `around` of them around.
 pub fn row(segments: usize, around: f64, columns: usize) -> Result<Settings, Failure> {
     let mut settings = paper_case(segments, 10.0, 1e-3)?;
     settings.tool.filament_count = around;
@@ -24,7 +24,7 @@ pub fn row(segments: usize, around: f64, columns: usize) -> Result<Settings, Fai
     Ok(settings)
 }
 
-/// The brush with other settings.
+/// Returns the settings with a changed brush.
 pub fn with(settings: &Settings, change: impl FnOnce(&mut BrushSettings)) -> Settings {
     let mut brush = settings.brush_or_default();
     change(&mut brush);

@@ -10,10 +10,10 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// The curve through the points `x`, which ascend, and `y`.
+    /// Returns the curve through points at `x`, which ascend, with the values `y`.
     ///
     /// # Panics
-    /// If there is no point, or the numbers differ.
+    /// If there is no point, or the lengths differ.
     pub fn through(x: Vec<f64>, y: Vec<f64>) -> Self {
         assert!(
             !x.is_empty() && x.len() == y.len(),
@@ -40,7 +40,7 @@ impl Curve {
         Self { x, y, slopes }
     }
 
-    /// Its value at `x`.
+    /// Returns the value at `x`.
     pub fn at(&self, x: f64) -> f64 {
         let last = self.x.len() - 1;
         if x <= self.x[0] || last == 0 {

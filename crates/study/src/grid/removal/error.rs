@@ -1,23 +1,24 @@
-//! Why an edge cannot be followed.
+//! Errors in following an edge.
 
 use std::fmt::Display;
 use std::io;
 
 use thiserror::Error;
 
-/// Why there is no result.
+/// Reason why there is no result.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum RemovalError {
-    /// An edge cannot be followed to the goal, in words.
+    /// Description of the failure to follow an edge to the goal.
     #[error("{0}")]
     Failed(String),
-    /// It was asked to stop.
+    /// Stop on request.
     #[error("stopped")]
     Stopped,
 }
 
 impl RemovalError {
-    /// That of a pass over an edge with a `radius` in m, by filaments with a `loss` of length in m.
+    /// Returns the error of a pass over an edge with a `radius` in m, by filaments with a `loss` of
+    /// length in m.
     pub(super) fn of_pass(radius: f64, loss: f64, error: impl Display) -> Self {
         Self::Failed(format!(
             "over an edge with a radius of {radius:.3e} m, with filaments that have lost \

@@ -1,21 +1,21 @@
-//! How edges grow and filaments wear, turn by turn.
+//! Growth of edges and wear of filaments, turn by turn.
 
 use bristle::model::filament::cross_section;
 use bristle::model::settings::Settings;
 
 use super::table::{Nodes, Table};
 
-/// By what part of itself, and of the least that matters, an area grows in a step at most.
-const LARGEST_GROWTH: f64 = 0.02;
-/// The part of the filament's length, or of the depth, that a step takes at most.
-const LARGEST_LOSS: f64 = 0.005;
-/// Work below this part of the largest one does nothing any more.
-const NOTHING: f64 = 1e-9;
-/// The largest number of steps.
+/// Largest growth of an area in a step, over the area plus a tenth of the least one.
+const MAX_AREA_GROWTH: f64 = 0.02;
+/// Largest loss of length in a step, over the largest loss of the table.
+const MAX_LOSS_SHARE: f64 = 0.005;
+/// Growth rate, over the fastest one so far, below which an edge no longer grows.
+const NEGLIGIBLE_RATE: f64 = 1e-9;
+/// Largest number of steps.
 const MAX_STEPS: usize = 100_000;
 
-/// `c` of the area `A(R) = c R²` that rounding a corner of the included angle `angle` (rad) to the
-/// radius `R` removes.
+/// Returns `c` of the area `A(R) = c R²` that rounding a corner of the included angle `angle` (rad)
+/// to the radius `R` removes.
 pub fn area_factor(angle: f64) -> f64 {
     1.0 / (angle / 2.0).tan() - (std::f64::consts::PI - angle) / 2.0
 }
@@ -32,25 +32,25 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// Radius of the larger edge in m.
+    /// Returns the radius of the larger edge in m.
     pub fn larger(&self) -> f64 {
         self.radii[0].max(self.radii[1])
     }
 }
 
-/// When the growth is followed no further.
+/// Condition that ends the growth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum End {
-    /// At this radius of the larger edge in m.
+    /// Radius of the larger edge in m.
     Radius(f64),
-    /// After these turns.
+    /// Number of turns.
     Turns(f64),
-    /// When the force is this part of that at the start, or after all that can be lost.
+    /// Force over that at the start; or else the loss of all that can be lost.
     Force(f64),
 }
 
 impl End {
-    /// The radius at which it ends, if it does at one.
+    /// Returns the radius at which the growth ends, if it ends at one.
     pub fn radius(self) -> Option<f64> {
         if let Self::Radius(radius) = self {
             Some(radius)
@@ -60,38 +60,38 @@ impl End {
     }
 }
 
-/// Why it ended.
+/// Reason why the growth ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
-    /// As asked for.
+    /// The condition is met.
     Done,
     /// Nothing grows any more.
     Stopped,
-    /// The filaments have lost all that the table has.
+    /// The filaments have lost all that the table covers.
     Worn,
-    /// The larger edge has the largest radius that the table has.
+    /// The larger edge exceeds the largest radius of the table.
     Largest,
 }
 
-/// What decides the growth besides the work of passes.
+/// Coefficients of the growth besides the work of passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rates {
-    /// `c` of the edges; zero of one that is not there.
+    /// `c` of each edge; zero for an edge that is absent.
     pub factors: [f64; 2],
-    /// Their radius at the start in m.
+    /// Radius of the edges at the start in m.
     pub radius: f64,
     /// Area that a turn takes from an edge per work of a pass, `k_P N_f/b`, in m²/J.
     pub area_per_work: f64,
     /// Length that a pass takes from a filament per work, `k_w/(π d²/4)`, in m/J.
     pub loss_per_work: f64,
-    /// The largest loss and the largest radius of the table in m.
+    /// Largest loss and the largest radius of the table in m.
     pub largest: [f64; 2],
-    /// The radius in m below which work does not change.
+    /// Radius in m below which work does not change.
     pub least_radius: f64,
 }
 
 impl Rates {
-    /// Those of a tool with `count` filaments and this `preston` coefficient (m²/N).
+    /// Returns the rates of a tool with `count` filaments and this `preston` coefficient (m²/N).
     pub fn new(
         settings: &Settings,
         count: f64,
@@ -116,7 +116,7 @@ impl Rates {
         }
     }
 
-    /// The same for edges that may grow beyond the table, where their work is that at its end.
+    /// Returns the rates for edges that may grow beyond the table, where work is that at its end.
     pub fn unlimited(self) -> Self {
         let [loss, _] = self.largest;
         Self {
@@ -136,8 +136,8 @@ impl Rates {
     }
 }
 
-/// Follows the growth by the work in `table` until `end`, by Runge's and Kutta's method of order 4
-/// for the areas and the loss, whose rates hardly change: returns the stages, from the start on.
+/// Integrates areas and loss by the work in `table` until `end`, by the classical Runge–Kutta
+/// method of order 4: their rates hardly change. Returns the stages, from the start on.
 pub fn grow(table: &Table, rates: &Rates, end: End) -> (Vec<Stage>, Ended) {
     let areas = rates
         .factors
@@ -188,17 +188,19 @@ pub fn grow(table: &Table, rates: &Rates, end: End) -> (Vec<Stage>, Ended) {
         let now = rate(state);
         fastest = fastest.max(now[0]).max(now[1]);
         let [largest_loss, largest_radius] = rates.largest;
-        let is_growing = now[..2].iter().any(|rate| *rate > NOTHING * fastest);
-        // Turns until something has changed by as much as it may.
+        let is_growing = now[..2]
+            .iter()
+            .any(|rate| *rate > NEGLIGIBLE_RATE * fastest);
+        // Turns until an area or the loss has changed by its limit.
         let mut step = f64::INFINITY;
         for edge in 0..2 {
             if now[edge] > 0.0 {
                 step =
-                    step.min(LARGEST_GROWTH * (state[edge] + 0.1 * least_area[edge]) / now[edge]);
+                    step.min(MAX_AREA_GROWTH * (state[edge] + 0.1 * least_area[edge]) / now[edge]);
             }
         }
         if now[2] > 0.0 && largest_loss > 0.0 {
-            step = step.min(LARGEST_LOSS * largest_loss / now[2]);
+            step = step.min(MAX_LOSS_SHARE * largest_loss / now[2]);
         }
         let ended = match end {
             End::Turns(turns) if last.turns >= turns => Some(Ended::Done),
@@ -245,7 +247,7 @@ pub fn grow(table: &Table, rates: &Rates, end: End) -> (Vec<Stage>, Ended) {
     (stages, Ended::Stopped)
 }
 
-/// The state after a step of so many turns.
+/// Returns the state after a step of `step` turns.
 fn advance(
     rate: &impl Fn([f64; 3]) -> [f64; 3],
     state: [f64; 3],
@@ -262,7 +264,7 @@ fn advance(
     })
 }
 
-/// The stage after `turns`, between those that were followed: areas and losses in proportion.
+/// Interpolates the stage after `turns`: areas and losses are linear between stages.
 pub fn stage_at(stages: &[Stage], turns: f64) -> Stage {
     let after = stages.partition_point(|stage| stage.turns <= turns);
     let (Some(right), Some(left)) = (
@@ -289,7 +291,7 @@ mod tests {
     use super::super::curve::Curve;
     use super::*;
 
-    /// Edges that grow by a given work, by SciPy: `derivations/reference_removal.py`.
+    /// Edges that grow by a given work, from SciPy: `derivations/reference_removal.py`.
     #[derive(Deserialize)]
     struct Reference {
         cases: Vec<ReferenceCase>,
@@ -321,7 +323,7 @@ mod tests {
         bend: f64,
     }
 
-    /// Nothing grows or wears.
+    /// Rates without growth or wear.
     const RATES: Rates = Rates {
         factors: [0.0; 2],
         radius: 0.0,
@@ -369,7 +371,7 @@ mod tests {
                     ended == Ended::Done && (radius / expected - 1.0).abs() < 2e-5,
                     "{radius} {expected}"
                 );
-                // The other way round: the turns until that radius.
+                // The inverse: the turns until that radius.
                 let (stages, _) = grow(&table, &rates, End::Radius(*expected));
                 let found = stages[stages.len() - 1].turns;
                 assert!((found / turns - 1.0).abs() < 1e-4, "{found} {turns}");

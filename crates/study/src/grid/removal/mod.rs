@@ -1,10 +1,9 @@
-//! What a brush does to an edge over time: the edge grows round, and the filaments wear (MODEL,
-//! "Removal and wear").
+//! Rounding of an edge by a brush, and wear of the filaments (MODEL, "Removal and wear").
 //!
-//! An edge stays a circular arc tangent to both faces. Passes over edges of a few radii, and where
-//! filaments wear by filaments of a few lengths, tell the sliding work `W_e`; between them it is
-//! interpolated smoothly in `ln R`. With it `dA/dN = k_P (N_f/b) W_e` is integrated, and more radii
-//! are simulated until the result no longer changes.
+//! An edge stays a circular arc tangent to both faces. Its sliding work `W_e` comes from passes
+//! over edges of a few radii and, where filaments wear, by filaments of a few lengths. Between
+//! these it is interpolated smoothly in `ln R`. Then `dA/dN = k_P (N_f/b) W_e` is integrated, and
+//! more radii are simulated until the result no longer changes.
 
 use std::f64::consts::{PI, TAU};
 
@@ -28,21 +27,21 @@ pub use table::SimulatedEdge;
 use growth::{End, Ended, Rates, Stage, grow, stage_at};
 use table::{Nodes, Passes, Table};
 
-/// The radius changes by less when more radii are simulated, over itself (MODEL).
-const CONVERGED: f64 = 5e-3;
+/// Relative change of the radius below which no more radii are simulated (MODEL).
+const MAX_RADIUS_CHANGE: f64 = 5e-3;
 /// Numbers of radii and of losses of length, finer from level to level.
 const LEVELS: [[usize; 2]; 4] = [[5, 3], [9, 5], [17, 9], [33, 17]];
-/// The radius in m of an edge that is as good as sharp: smaller ones are worked on as this one.
-const SHARP: f64 = 10e-6;
-/// A smaller one is simulated where the goal is small: this part of it.
-const SHARP_OF_GOAL: f64 = 0.05;
-/// By what factor the largest radius is raised where it is not known before.
-const RAISE: f64 = 4.0;
-/// The part of the length that filaments may lose where the tool follows.
-const LARGEST_LOSS: f64 = 0.5;
-/// Rows of the result.
+/// Radius in m of an edge that is as good as sharp: smaller edges have the work of this one.
+const SHARP_RADIUS_M: f64 = 10e-6;
+/// Radius of such an edge over that of the goal, where the goal is small.
+const SHARP_SHARE_OF_GOAL: f64 = 0.05;
+/// Factor by which the largest radius is raised where it is not known before.
+const RADIUS_FACTOR: f64 = 4.0;
+/// Largest share of their length that filaments may lose.
+const MAX_LOSS_SHARE: f64 = 0.5;
+/// Intervals between the rows of the result.
 const ROWS: usize = 200;
-/// How many losses of length a life is computed from.
+/// Number of losses of length from which a life is computed.
 const LOSSES_OF_LIFE: usize = 17;
 
 bristle::record! {
@@ -63,24 +62,22 @@ bristle::record! {
     }
 }
 
-/// What a brush does to an edge over time.
+/// Growth of an edge and wear of its brush over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Removal {
-    /// It over time, at the square roots of equal parts of the turns.
+    /// Edge and brush over time, at equal steps of the square root of the turns.
     pub rows: Vec<RemovalRow>,
-    /// What was simulated.
+    /// Simulated passes.
     pub simulated: Vec<SimulatedEdge>,
-    /// The Preston coefficient `k_P` in m²/N: as stated, or found from what was observed.
+    /// Preston coefficient `k_P` in m²/N: as stated, or from an observed edge.
     pub preston_m2_n: f64,
     /// Included angle of each edge in rad, in the order in which filaments meet them.
     pub angles_rad: Vec<f64>,
-    /// Whether rows have a band.
+    /// `true` if rows have a band.
     pub has_band: bool,
-    /// The least radius in m over which passes were simulated. Smaller edges are worked on as one
-    /// of it.
+    /// Least radius in m over which passes were simulated. Smaller edges have its work.
     pub least_radius_m: f64,
-    /// By how much the radius changed at most when the number of simulated radii was doubled, over
-    /// itself.
+    /// Largest relative change of the radius when the number of simulated radii was doubled.
     pub change_when_refined: f64,
     /// The time in s at which the force has fallen by `removal.force_loss`. `None` if filaments do
     /// not wear, or their force does not fall.
@@ -88,8 +85,8 @@ pub struct Removal {
 }
 
 impl Removal {
-    /// The largest change, over itself, of the radius and the time at the end, and of the Preston
-    /// coefficient, against those of another computation of the same edge.
+    /// Returns the largest relative change of final radius, final time and Preston coefficient,
+    /// against another computation of the same edge.
     #[must_use]
     pub fn largest_change(&self, other: &Self) -> f64 {
         let numbers = |removal: &Self| {
@@ -108,22 +105,22 @@ impl Removal {
         changes.fold(0.0, f64::max)
     }
 
-    /// Whether the radius still changed by more than MODEL allows when the last radii were added.
+    /// Returns `true` if the radius still changed by more than MODEL allows in the last refinement.
     #[must_use]
     pub fn is_unresolved(&self) -> bool {
-        self.change_when_refined >= CONVERGED
+        self.change_when_refined >= MAX_RADIUS_CHANGE
     }
 
-    /// Whether passes over smaller edges than the least that was simulated could not be simulated,
-    /// because filaments dip through them.
+    /// Returns `true` if passes over edges smaller than the least simulated one cannot be
+    /// simulated, because filaments dip through them.
     #[must_use]
     pub fn dips_through(&self) -> bool {
         let start = self.rows.first().map_or(0.0, |row| row.edge_radius_m);
-        self.least_radius_m > start.max(SHARP)
+        self.least_radius_m > start.max(SHARP_RADIUS_M)
     }
 
-    /// The simulated edge that gives way most for its radius, if by more than half of it: it is
-    /// softer than it is sharp.
+    /// Returns the simulated edge with the largest penetration over its radius, if that exceeds a
+    /// half: the edge is softer than it is sharp.
     #[must_use]
     pub fn softest(&self) -> Option<&SimulatedEdge> {
         let part = |edge: &SimulatedEdge| edge.max_edge_penetration_m / edge.edge_radius_m;
@@ -135,7 +132,7 @@ impl Removal {
 }
 
 /// Follows the edge of the workpiece that `settings` state until the goal of `[removal]`. `tell`
-/// hears how many passes of a batch are simulated.
+/// receives the numbers of simulated and of all passes of a batch.
 ///
 /// # Errors
 /// If there is no edge, coefficient or goal, if the goal is never reached, or a pass cannot be
@@ -183,16 +180,15 @@ fn no_coefficient() -> RemovalError {
     RemovalError::Failed(words.to_owned())
 }
 
-/// The included angles in rad of the edges that can be followed, in the order in which filaments
-/// meet them.
+/// Returns the included angles in rad of the edges that can be followed, in the order in which
+/// filaments meet them.
 ///
-/// # Errors
-/// If there is none, or their work is not known.
+/// If there is no edge, or the work on edges is not known.
 pub fn edges_of(settings: &Settings) -> Result<Vec<f64>, RemovalError> {
     let wrong = |words: &str| Err(RemovalError::Failed(words.to_owned()));
     match &settings.workpiece.kind {
         WorkpieceKind::Edge(edge) => Ok(vec![edge.included_angle_rad]),
-        // It would take the work along the profile.
+        // Dividing it would take the work along the profile.
         WorkpieceKind::Chamfer(_) if settings.brush.is_some() => wrong(
             "the work of filaments that touch is not divided between the two edges of a chamfer: leave [brush] out, or choose \
              `workpiece.kind = \"edge\"`",
@@ -212,24 +208,23 @@ pub fn edges_of(settings: &Settings) -> Result<Vec<f64>, RemovalError> {
     }
 }
 
-/// How an edge grows, for any coefficient and radius at the start: what was simulated is enough for
+/// Growth of an edge, for any coefficient and radius at the start: the simulated passes suffice for
 /// all of them.
 #[derive(Clone, Debug)]
 pub struct Course {
     table: Table,
     rates: Rates,
     preston: f64,
-    /// By how much the radius changed at most when the number of simulated radii was doubled, over
-    /// itself.
+    /// Largest relative change of the radius when the number of simulated radii was doubled.
     pub change_when_refined: f64,
 }
 
 impl Course {
-    /// Simulates the passes over edges of radii from that of the workpiece that `settings` state to
-    /// one that was `observed`. `tell` hears how many passes of a batch are simulated.
+    /// Simulates passes over edges with radii from that in `settings` to one that was `observed`.
+    /// `tell` receives the numbers of simulated and of all passes of a batch.
     ///
     /// # Errors
-    /// If there is no edge, if that radius is never reached, or a pass cannot be simulated.
+    /// If there is no edge, if the observed radius is never reached, or a pass cannot be simulated.
     pub fn up_to(
         observed: ObservedEdge,
         settings: &Settings,
@@ -262,14 +257,14 @@ impl Course {
         })
     }
 
-    /// The Preston coefficient in m²/N with which the radius that was observed is reached.
+    /// Returns the Preston coefficient in m²/N that leads to the observed radius.
     #[must_use]
     pub fn preston_m2_n(&self) -> f64 {
         self.preston
     }
 
-    /// The radius in m of the larger edge after each of the `turns`, which ascend, with a Preston
-    /// coefficient in m²/N and a radius at the start in m.
+    /// Returns the radius in m of the larger edge after each of the `turns`, which ascend. The
+    /// Preston coefficient is in m²/N, the radius at the start in m.
     #[must_use]
     pub fn radii(&self, preston_m2_n: f64, start_m: f64, turns: &[f64]) -> Vec<f64> {
         let area_per_work = self.rates.area_per_work * (preston_m2_n / self.preston);
@@ -287,7 +282,7 @@ impl Course {
     }
 }
 
-/// When the removal ends.
+/// Returns the condition that ends the removal.
 fn goal_of(settings: &Settings, removal: &RemovalSettings) -> Result<End, RemovalError> {
     let turns_per_second = settings.angular_velocity_rad_s() / TAU;
     match (removal.until, removal.edge_feed_velocity_m_s) {
@@ -333,7 +328,7 @@ struct Search<'a> {
     passes: Passes<'a>,
 }
 
-/// A growth by what was simulated.
+/// Growth computed from simulated passes.
 struct Growth {
     preston: f64,
     stages: Vec<Stage>,
@@ -341,15 +336,15 @@ struct Growth {
 }
 
 impl Growth {
-    /// Its last stage.
+    /// Returns the last stage.
     fn end(&self) -> Stage {
         self.stages[self.stages.len() - 1]
     }
 }
 
 impl Search<'_> {
-    /// The growth by so many passes that more of them change nothing, what they were, and by how
-    /// much the last ones changed the radius.
+    /// Refines the passes until the radius no longer changes, or to the last level. Returns the
+    /// growth, the nodes, and the last relative change of the radius.
     fn refined(&mut self) -> Result<(Growth, Nodes, f64), RemovalError> {
         let nodes = self.nodes()?;
         let mut coarse = self.follow(None, &nodes)?;
@@ -363,7 +358,7 @@ impl Search<'_> {
             let fine = self.follow(None, &nodes)?;
             change = change_of(&coarse, &fine);
             (coarse, finest) = (fine, nodes);
-            if change < CONVERGED {
+            if change < MAX_RADIUS_CHANGE {
                 break;
             }
         }
@@ -375,7 +370,7 @@ impl Search<'_> {
         Ok((coarse, finest, change))
     }
 
-    /// Factors of the areas.
+    /// Returns the factors of the areas.
     fn factors(&self) -> [f64; 2] {
         let factor = |edge: usize| {
             self.angles
@@ -385,14 +380,14 @@ impl Search<'_> {
         [factor(0), factor(1)]
     }
 
-    /// The largest loss of length that makes sense in m.
+    /// Returns the largest loss of length that makes sense, in m.
     fn largest_loss(&self) -> f64 {
         let settings = self.settings;
-        let half = LARGEST_LOSS * settings.filament.length_m;
+        let half = MAX_LOSS_SHARE * settings.filament.length_m;
         if self.removal.compensate || settings.process.tool_force_n.is_some() {
             return half;
         }
-        // The depth is lost in proportion to the length, nearly.
+        // Depth falls nearly in proportion to length.
         let shorter = |loss: f64| {
             let mut worn = settings.clone();
             worn.filament.length_m -= loss;
@@ -401,7 +396,7 @@ impl Search<'_> {
         half.min(settings.process.penetration_depth_m * half / shorter(half))
     }
 
-    /// The largest radius in m up to `wanted` that the workpiece can have.
+    /// Returns the largest radius in m up to `wanted` that the workpiece can have.
     fn possible(&self, least: f64, wanted: f64) -> Result<f64, RemovalError> {
         let with = |radius: f64| {
             let mut settings = self.settings.clone();
@@ -436,18 +431,22 @@ impl Search<'_> {
         Ok(low)
     }
 
-    /// The nodes of the coarsest level, over which the growth does not leave what they have.
+    /// Returns the nodes of the coarsest level, which the growth does not leave.
     fn nodes(&mut self) -> Result<Nodes, RemovalError> {
         let radius = self.settings.workpiece.kind.edge_radius_m();
         let observed = self.removal.observed.map_or(0.0, |edge| edge.edge_radius_m);
         let goal = self.goal.radius().unwrap_or(0.0).max(observed);
         let sharp = if goal > 0.0 {
-            SHARP.min(SHARP_OF_GOAL * goal)
+            SHARP_RADIUS_M.min(SHARP_SHARE_OF_GOAL * goal)
         } else {
-            SHARP
+            SHARP_RADIUS_M
         };
         let least = radius.max(sharp);
-        let mut largest = if goal > 0.0 { goal } else { RAISE * least };
+        let mut largest = if goal > 0.0 {
+            goal
+        } else {
+            RADIUS_FACTOR * least
+        };
         // Filaments dip through an edge whose radius is below their penetration.
         let most = self.possible(least, largest)?;
         let new = Nodes::new([least, most], 0.0, LEVELS[1]);
@@ -458,7 +457,7 @@ impl Search<'_> {
         loop {
             let possible = self.possible(least, largest)?;
             if loss > 0.0 {
-                // Shorter filaments strike elsewhere, and may dip through a larger one.
+                // Shorter filaments strike elsewhere, and may dip through a larger edge.
                 let worn = Nodes::new([least, possible], loss, LEVELS[1]);
                 least = self.passes.first_possible(&worn)?;
             }
@@ -466,12 +465,11 @@ impl Search<'_> {
             let growth = self.follow(None, &nodes)?;
             if growth.ended == Ended::Largest && possible == largest && self.goal.radius().is_none()
             {
-                largest *= RAISE;
+                largest *= RADIUS_FACTOR;
                 continue;
             }
             if self.removal.filament_wear_m2_n.is_some() {
-                // What would be lost with new filaments, and half as much again, because the first
-                // guess has no loss.
+                // The loss with new filaments, and half as much again: the first guess has no loss.
                 let lost = match loss == 0.0 {
                     true => 1.5 * self.loss_of(&nodes, growth.end().turns),
                     false if growth.ended == Ended::Worn => 2.0 * loss,
@@ -486,7 +484,7 @@ impl Search<'_> {
         }
     }
 
-    /// The length in m that new filaments lose in so many turns.
+    /// Returns the length in m that new filaments lose in `turns` turns.
     fn loss_of(&self, nodes: &Nodes, turns: f64) -> f64 {
         let table = self.passes.table(None, nodes);
         let work = nodes
@@ -497,8 +495,8 @@ impl Search<'_> {
         turns * work * Rates::new(self.settings, 0.0, 0.0, self.factors(), nodes).loss_per_work
     }
 
-    /// Simulates what is missing at the nodes, and follows the growth of one tool, or of the mean
-    /// of all.
+    /// Simulates missing passes at the nodes, and follows the growth of one tool, or of the mean of
+    /// all.
     fn follow(&mut self, member: Option<usize>, nodes: &Nodes) -> Result<Growth, RemovalError> {
         self.passes.simulate(nodes)?;
         let table = self.passes.table(member, nodes);
@@ -519,8 +517,8 @@ impl Search<'_> {
         })
     }
 
-    /// The Preston coefficient in m²/N with which an edge has the radius that was observed when it
-    /// was.
+    /// Returns the Preston coefficient in m²/N with which an edge has the observed radius at the
+    /// observed time.
     fn preston_of(
         &self,
         table: &Table,
@@ -532,7 +530,7 @@ impl Search<'_> {
             time_s,
         } = observed;
         let turns = time_s * self.settings.angular_velocity_rad_s() / TAU;
-        // Without wear, the dose decides: it takes so many turns with a coefficient of one.
+        // Without wear, the dose decides: these are the turns with a coefficient of one.
         let unit = Rates {
             loss_per_work: 0.0,
             ..rates(1.0)
@@ -576,7 +574,7 @@ impl Search<'_> {
     fn unreached(&self, goal: f64, growth: &Growth) -> RemovalError {
         let last = growth.end();
         let why = match growth.ended {
-            // Where they missed it from the start, nothing is lost yet.
+            // Without a loss, filaments missed the edge from the start.
             Ended::Worn | Ended::Stopped if last.loss > 0.0 => {
                 format!("then the filaments have lost {:.2e} m, and no longer reach the edge", last.loss)
             }
@@ -656,7 +654,7 @@ impl Search<'_> {
         })
     }
 
-    /// The growth by each sampled tool; empty if none is sampled.
+    /// Returns the growth by each sampled tool; empty if none is sampled.
     fn bands(&mut self, growth: &Growth, nodes: &Nodes) -> Result<Vec<Vec<Stage>>, RemovalError> {
         if self.passes.members() == 1 {
             return Ok(Vec::new());
@@ -671,8 +669,8 @@ impl Search<'_> {
         Ok(all.collect())
     }
 
-    /// The turns after which the force has fallen by `removal.force_loss`, on an edge as round as
-    /// at the end.
+    /// Returns the turns after which the force has fallen by `removal.force_loss`, on an edge of
+    /// the largest simulated radius.
     fn life(&mut self, nodes: &Nodes) -> Result<Option<f64>, RemovalError> {
         if self.removal.filament_wear_m2_n.is_none() || self.settings.process.tool_force_n.is_some()
         {
@@ -690,19 +688,19 @@ impl Search<'_> {
     }
 }
 
-/// Whether the workpiece has so many edges, rather than faces.
+/// Returns `true` if the workpiece has `count` edges, rather than faces.
 fn has_edges(settings: &Settings, count: usize) -> bool {
     use bristle::workpiece::{Part, Workpiece};
     Part::of(settings).is_ok_and(|(part, _)| part.edges().len() == count)
 }
 
-/// The largest change of the radius from a coarse to a fine growth, over itself, at the same turns
-/// of both.
+/// Returns the largest relative change of the radius from a coarse to a fine growth, at the same
+/// turns of both.
 fn change_of(coarse: &Growth, fine: &Growth) -> f64 {
-    const LOOKS: usize = 50;
+    const COMPARISONS: usize = 50;
     let end = fine.end().turns;
-    let changes = (1..=LOOKS).map(|i| {
-        let turns = end * (i as f64 / LOOKS as f64).powi(2);
+    let changes = (1..=COMPARISONS).map(|i| {
+        let turns = end * (i as f64 / COMPARISONS as f64).powi(2);
         let [a, b] = [coarse, fine].map(|growth| stage_at(&growth.stages, turns).radii);
         (0..2)
             .map(|edge| {

@@ -1,4 +1,4 @@
-//! The work of passes over edges of some radii, by filaments that have lost some of their length.
+//! Work of passes over edges of some radii, by filaments that have lost some of their length.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -14,20 +14,20 @@ use super::error::RemovalError;
 use crate::grid::uncertainty::Scatter;
 use crate::grid::{CaseResult, CaseSummary, Resources, Study, simulate_cases};
 
-/// A depth that is nothing, as a part of that of new filaments.
+/// Depth that counts as zero, over that of new filaments.
 const NEGLIGIBLE_DEPTH: f64 = 1e-9;
 
-/// Where work is known: radii and losses of length in m, ascending.
+/// Points where work is known: radii and losses of length in m, ascending.
 #[derive(Clone, Debug)]
 pub struct Nodes {
     pub radii: Vec<f64>,
     pub losses: Vec<f64>,
 }
 
-/// The number of quantities that are interpolated.
+/// Number of quantities that are interpolated.
 const NUMBERS: usize = 4;
 
-/// What one pass of one filament does.
+/// Work, force and penetration of one pass of one filament.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Work {
     /// Sliding work on each edge in J, in the order in which filaments meet them.
@@ -41,7 +41,7 @@ pub struct Work {
 }
 
 impl Work {
-    /// What is interpolated.
+    /// Returns the interpolated quantities.
     fn numbers(&self) -> [f64; NUMBERS] {
         let [first, second] = self.edges;
         [first, second, self.whole, self.force]
@@ -56,7 +56,7 @@ impl Work {
         }
     }
 
-    /// The same with a `part` of another added; the penetration is the larger one.
+    /// Adds a `part` of another; the penetration is the larger one.
     fn plus(self, part: f64, other: &Self) -> Self {
         let (own, others) = (self.numbers(), other.numbers());
         let sum = Self::of_numbers(std::array::from_fn(|i| own[i] + part * others[i]));
@@ -67,9 +67,9 @@ impl Work {
     }
 }
 
-/// The settings of a tool whose filaments have lost the length `loss` (m). The machine keeps its
-/// speed and, unless it compensates, its distance. `None` if its filaments do not reach the
-/// workpiece any more.
+/// Returns the settings of a tool whose filaments have lost the length `loss` (m). The machine
+/// keeps its speed and, unless it compensates, its distance. `None` if the filaments no longer
+/// reach the workpiece.
 fn worn(settings: &Settings, loss: f64) -> Option<Settings> {
     let mut worn = settings.clone();
     if loss == 0.0 {
@@ -96,7 +96,7 @@ fn worn(settings: &Settings, loss: f64) -> Option<Settings> {
     Some(worn)
 }
 
-/// The same set-up in a mirror that turns `x` round: a tool that turns in the other direction.
+/// Mirrors the set-up in `x`: the tool turns in the other direction.
 fn mirrored(mut settings: Settings) -> Settings {
     let Settings {
         tool,
@@ -128,14 +128,14 @@ fn mirrored(mut settings: Settings) -> Settings {
 
 /// A tool.
 struct Member {
-    /// It in each direction in which it turns; empty if it does not reach the workpiece.
+    /// Settings for each direction of rotation; empty if the tool does not reach the workpiece.
     directions: Vec<Settings>,
-    /// Number of its filaments.
+    /// Number of filaments.
     count: f64,
 }
 
-/// A pass: the tool by number, its direction, and the bits of the radius of the edge and of the
-/// loss of length, in m.
+/// Key of a pass: the tool by number, and the bits of the radius of the edge and of the loss of
+/// length, in m.
 type Key = (usize, u64, u64);
 
 bristle::record! {
@@ -152,8 +152,7 @@ bristle::record! {
     }
 }
 
-/// The passes that have been simulated, of one tool, or of those that are sampled where filaments
-/// scatter.
+/// Simulated passes of one tool, or of sampled tools where filaments scatter.
 pub struct Passes<'a> {
     members: Vec<Member>,
     has_two_edges: bool,
@@ -164,7 +163,7 @@ pub struct Passes<'a> {
 }
 
 impl<'a> Passes<'a> {
-    /// None yet of the tools that `settings` state.
+    /// Creates an empty set of passes of the tools in `settings`.
     pub fn new(
         settings: &Settings,
         resources: Resources,
@@ -198,17 +197,17 @@ impl<'a> Passes<'a> {
         }
     }
 
-    /// The number of tools.
+    /// Returns the number of tools.
     pub fn members(&self) -> usize {
         self.members.len()
     }
 
-    /// The number of filaments of a tool.
+    /// Returns the number of filaments of a tool.
     pub fn count(&self, member: usize) -> f64 {
         self.members[member].count
     }
 
-    /// Simulates what is missing of the passes at the `nodes`.
+    /// Simulates the missing passes at the `nodes`.
     pub fn simulate(&mut self, nodes: &Nodes) -> Result<(), RemovalError> {
         self.attempt(nodes)?
             .into_iter()
@@ -216,8 +215,8 @@ impl<'a> Passes<'a> {
             .map_or(Ok(()), |(_, failure)| Err(failure))
     }
 
-    /// The same where some passes may fail: the first of the radii from which on all can be
-    /// simulated, or the failure at the last one.
+    /// Simulates the missing passes; some may fail. Returns the least radius from which on none
+    /// fails, or the failure at the largest radius.
     pub fn first_possible(&mut self, nodes: &Nodes) -> Result<f64, RemovalError> {
         let mut failures = self.attempt(nodes)?;
         let last = nodes.radii[nodes.radii.len() - 1];
@@ -235,7 +234,7 @@ impl<'a> Passes<'a> {
             .expect("the last one can be simulated"))
     }
 
-    /// Simulates what is missing, and returns what failed, with the radius of each.
+    /// Simulates missing passes, and returns the failures with their radii.
     fn attempt(
         &mut self,
         Nodes { radii, losses }: &Nodes,
@@ -351,7 +350,7 @@ impl<'a> Passes<'a> {
             .collect())
     }
 
-    /// What was simulated at the `nodes`, as curves: of one tool, or the mean of all.
+    /// Returns the simulated work at the `nodes` as curves: of one tool, or the mean of all.
     pub fn table(&self, member: Option<usize>, Nodes { radii, losses }: &Nodes) -> Table {
         let members = member.map_or(0..self.members(), |member| member..member + 1);
         let part = 1.0 / members.len() as f64;
@@ -377,7 +376,7 @@ impl<'a> Passes<'a> {
         }
     }
 
-    /// All that was simulated, the mean of all tools, by radius and loss.
+    /// Returns all simulated passes, each the mean of all tools, by radius and loss.
     pub fn simulated(&self) -> Vec<SimulatedEdge> {
         let mut sums: BTreeMap<(u64, u64), Work> = BTreeMap::new();
         let part = 1.0 / self.members() as f64;
@@ -410,7 +409,7 @@ fn work_of(summary: &CaseSummary, shares: [f64; 2]) -> Work {
     }
 }
 
-/// The shares of two edges in their work; both zero without any.
+/// Returns the shares of two edges in their work; both zero without work.
 fn shares_of_edges(profile: &[ProfileCell]) -> [f64; 2] {
     let edges = profile
         .chunk_by(|a, b| a.on_edge == b.on_edge)
@@ -439,18 +438,18 @@ fn shares_of_edges(profile: &[ProfileCell]) -> [f64; 2] {
 #[derive(Clone, Debug)]
 pub struct Table {
     losses: Vec<f64>,
-    /// A curve for each of the numbers, by loss.
+    /// Curves of the interpolated quantities, by loss.
     rows: Vec<[Curve; NUMBERS]>,
 }
 
 impl Table {
-    /// A table of these rows, by loss.
+    /// Creates a table of these rows, by loss.
     #[cfg(test)]
     pub fn of_rows(losses: Vec<f64>, rows: Vec<[Curve; NUMBERS]>) -> Self {
         Self { losses, rows }
     }
 
-    /// A table of work on one edge, over its radius (m).
+    /// Creates a table of work on one edge, over its radius (m).
     #[cfg(test)]
     pub fn of_work(radii: &[f64], work: impl Fn(f64) -> f64) -> Self {
         let x: Vec<f64> = radii.iter().map(|radius| radius.ln()).collect();
@@ -462,14 +461,14 @@ impl Table {
         Self::of_rows(vec![0.0], vec![[on_edge, none.clone(), none.clone(), none]])
     }
 
-    /// The work over an edge of the radius `radius` (m) by filaments that have lost the length
-    /// `loss` (m).
+    /// Returns the work over an edge of the radius `radius` (m) by filaments that have lost the
+    /// length `loss` (m).
     pub fn at(&self, radius: f64, loss: f64) -> Work {
         let x = radius.ln();
         Work::of_numbers(std::array::from_fn(|i| self.number(i, x, loss)))
     }
 
-    /// The same of one edge, by number, alone.
+    /// Returns the work on one edge alone, by number.
     pub fn edge(&self, edge: usize, radius: f64, loss: f64) -> f64 {
         self.number(edge, radius.ln(), loss)
     }

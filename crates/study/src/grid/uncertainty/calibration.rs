@@ -1,5 +1,4 @@
-//! What a calibration leaves open: the joint uncertainty of the settings that it has fitted (MODEL,
-//! "Calibration").
+//! Joint uncertainty of the settings that a calibration has fitted (MODEL, "Calibration").
 
 use bristle::model::parameters::{Parameter, Violation};
 use bristle::model::settings::{CalibrationUncertainty, Settings};
@@ -8,13 +7,13 @@ use bristle::model::settings::{CalibrationUncertainty, Settings};
 pub const PATH: &str = "uncertainty.calibration";
 /// Sections whose settings can be fitted.
 const SECTIONS: [&str; 4] = ["tool", "filament", "contact", "brush"];
-/// By how much a correlation matrix may fail to be positive: the rounding of its entries.
-const ROUNDING: f64 = 1e-4;
+/// Largest negative pivot of a correlation matrix, from the rounding of its entries.
+const MAX_NEGATIVE_PIVOT: f64 = 1e-4;
 
-/// Checks that it is one of settings that can be fitted.
+/// Checks that the uncertainty is one of settings that can be fitted.
 ///
 /// # Errors
-/// What is wrong with it.
+/// The first violation.
 pub fn check(calibration: &CalibrationUncertainty) -> Result<(), Violation> {
     let wrong = |value: String, allowed: &str| {
         Err(Violation {
@@ -74,7 +73,7 @@ pub fn check(calibration: &CalibrationUncertainty) -> Result<(), Violation> {
     Ok(())
 }
 
-/// The lower triangle whose square is the correlation (Cholesky); `None` if there is none.
+/// Returns the Cholesky factor of the correlations, a lower triangle; `None` if there is none.
 fn factor(calibration: &CalibrationUncertainty) -> Option<Vec<Vec<f64>>> {
     let count = calibration.settings.len();
     let mut factor = vec![vec![0.0; count]; count];
@@ -90,7 +89,7 @@ fn factor(calibration: &CalibrationUncertainty) -> Option<Vec<Vec<f64>>> {
                 } else {
                     0.0
                 }
-            } else if rest >= -ROUNDING {
+            } else if rest >= -MAX_NEGATIVE_PIVOT {
                 rest.max(0.0).sqrt()
             } else {
                 return None;
@@ -100,8 +99,8 @@ fn factor(calibration: &CalibrationUncertainty) -> Option<Vec<Vec<f64>>> {
     Some(factor)
 }
 
-/// Changes its settings to those of a sample, by as many independent standard normal numbers.
-/// Settings of filaments that touch stay as they are in settings of filaments that do not.
+/// Changes the fitted settings to those of a sample, by as many independent standard normal
+/// numbers. Without a section `[brush]` in `settings`, values of that section are left out.
 pub fn sample(calibration: &CalibrationUncertainty, settings: &mut Settings, numbers: &[f64]) {
     let factor = factor(calibration).unwrap_or_default();
     for ((path, error), row) in calibration

@@ -8,14 +8,14 @@
 //! samples left out of the fit. On average, the residuals increase the variance of an effect by a
 //! share for each of its coefficients. This bias is subtracted.
 //!
-//! Pairs of samples that share one input (Saltelli 2010) need no fit, but six times the simulations
-//! for the same number of samples, and are less accurate at equal cost: docs/trust.md has
-//! numbers.
+//! Pairs of samples that share one input (Saltelli 2010) need no fit. They take six times the
+//! simulations for the same number of samples, and are less accurate at equal cost: docs/trust.md
+//! has numbers.
 
 use nalgebra::{DMatrix, DVector};
 use spec_math::cephes64::ndtri;
 
-/// The forms of a main effect, from stiff to flexible.
+/// Forms of a main effect, from stiff to flexible.
 const FORMS: [Basis; 6] = [
     Basis::Polynomial(1),
     Basis::Polynomial(2),
@@ -24,12 +24,12 @@ const FORMS: [Basis; 6] = [
     Basis::Pieces(9),
     Basis::Pieces(17),
 ];
-/// How often each input chooses its form: first given the choices of the inputs before it, then
-/// given those of all inputs.
-const ROUNDS: usize = 2;
+/// Number of times that each input chooses its form: first given the choices of the inputs before
+/// it, then given those of all inputs.
+const SELECTION_ROUNDS: usize = 2;
 
-/// The first-order indices of the inputs for `outputs` at `points`, in units of their variance.
-/// Zero if all outputs are equal.
+/// Returns the first-order indices of the inputs for `outputs` at `points`, in units of their
+/// variance. Zero if all outputs are equal.
 pub(super) fn first_order(points: &[Vec<f64>], outputs: &[f64]) -> Vec<f64> {
     let inputs = points.first().map_or(0, Vec::len);
     let (mean, variance) = mean_and_variance(outputs);
@@ -45,7 +45,7 @@ pub(super) fn first_order(points: &[Vec<f64>], outputs: &[f64]) -> Vec<f64> {
     );
     let mut forms = vec![FORMS[0]; inputs];
     let mut best = Fit::new(points, &normed, &forms);
-    for input in (0..ROUNDS).flat_map(|_| 0..inputs) {
+    for input in (0..SELECTION_ROUNDS).flat_map(|_| 0..inputs) {
         for form in FORMS {
             let mut others = forms.clone();
             others[input] = form;
@@ -60,7 +60,7 @@ pub(super) fn first_order(points: &[Vec<f64>], outputs: &[f64]) -> Vec<f64> {
     best.map_or_else(|| vec![0.0; inputs], |fit| fit.indices())
 }
 
-/// Mean and variance (with n − 1) of at least two numbers.
+/// Returns mean and variance (with n − 1) of at least two numbers.
 pub(super) fn mean_and_variance(values: &[f64]) -> (f64, f64) {
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
@@ -77,12 +77,12 @@ pub(super) fn mean_and_variance(values: &[f64]) -> (f64, f64) {
 enum Basis {
     /// Polynomials up to a degree.
     Polynomial(usize),
-    /// A piecewise linear function whose pieces hold equal numbers of samples.
+    /// Piecewise linear function whose pieces hold equal numbers of samples.
     Pieces(usize),
 }
 
 impl Basis {
-    /// The functions at `x`.
+    /// Returns the functions at `x`.
     fn values(self, x: f64) -> impl Iterator<Item = f64> {
         (0..self.terms()).map(move |term| match self {
             Self::Polynomial(_) => x.powi(term as i32 + 1),
@@ -91,7 +91,7 @@ impl Basis {
         })
     }
 
-    /// The number of functions.
+    /// Returns the number of functions.
     fn terms(self) -> usize {
         match self {
             Self::Polynomial(terms) | Self::Pieces(terms) => terms,
@@ -110,8 +110,8 @@ struct Fit {
 }
 
 impl Fit {
-    /// `None` if there are fewer than two samples per coefficient, or if they do not determine the
-    /// coefficients.
+    /// Fits the effects. `None` for fewer than two samples per coefficient, or samples that do not
+    /// determine the coefficients.
     fn new(points: &[Vec<f64>], outputs: &DVector<f64>, forms: &[Basis]) -> Option<Self> {
         let terms = 1 + forms.iter().map(|form| form.terms()).sum::<usize>();
         if 2 * terms > points.len() {
@@ -149,7 +149,7 @@ impl Fit {
         })
     }
 
-    /// The variances of the effects divided by the total variance.
+    /// Returns the variances of the effects divided by the total variance.
     fn indices(&self) -> Vec<f64> {
         let all = self.variances.iter().sum::<f64>() + self.left_over;
         self.variances

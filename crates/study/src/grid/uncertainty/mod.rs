@@ -1,14 +1,14 @@
-//! The tool force where filaments are not known exactly: sampled tools, the band of their forces,
-//! and its origin.
+//! Tool force where filaments are not known exactly: sampled tools, the band of their forces, and
+//! the shares of the inputs.
 //!
 //! From the settings of a case, [`Scatter`] makes the settings of sampled tools. Each tool is
-//! simulated like any case, and [`Scatter`] reduces their impulses to a [`ForceScatter`]. Length,
+//! simulated like any case, and [`Scatter`] reduces the impulses to a [`ForceScatter`]. Length,
 //! diameter, Young's modulus, damping ratio and waviness of the filaments are normally distributed
 //! about the settings, and so is the number of filaments. The coefficient of friction has a normal
-//! distribution that is cut at zero. All filaments of a tool are alike: the result is how far the
-//! force of one tool may be from that of another. If instead the filaments of one tool differ, they
-//! share one axis (`hold = "machine"`). Their forces then add up to the mean, and only the number
-//! of filaments scatters.
+//! distribution that is cut at zero. All filaments of a tool are alike: the result is the scatter
+//! of the force from tool to tool. If instead the filaments of one tool differ, they share one axis
+//! (`hold = "machine"`). Their forces then add up to the mean, and only the number of filaments
+//! scatters.
 //!
 //! Samples are a scrambled Sobol sequence (Owen 1995, Burley 2020), the same in all cases with the
 //! same seed. Bands are therefore as smooth over the process as the forces are.
@@ -34,7 +34,7 @@ pub const MOVING: usize = 7;
 /// Ends of the band, as shares of the tools.
 pub(crate) const BAND: [f64; 2] = [0.025, 0.975];
 
-/// Something that scatters.
+/// Quantity that scatters.
 #[derive(Clone, Copy, Debug)]
 pub struct Input {
     /// MODEL's symbol.
@@ -45,8 +45,8 @@ pub struct Input {
     pub mean: &'static str,
     /// Path of its standard deviation.
     pub std: &'static str,
-    /// Its dimension in the sequence of samples. Fixed, so that a further input does not change the
-    /// samples of the others.
+    /// Dimension in the sequence of samples. It is fixed, so that a further input does not change
+    /// the samples of the others.
     dimension: u32,
     distribution: Distribution,
 }
@@ -54,21 +54,20 @@ pub struct Input {
 /// The distribution of an input, by its mean `m` and its standard deviation `s`.
 #[derive(Clone, Copy, Debug)]
 enum Distribution {
-    /// The normal distribution.
+    /// Normal distribution.
     Normal,
-    /// The normal distribution without its part below zero, whose share goes to the rest in
-    /// proportion. Its own mean is therefore above `m`, and its standard deviation below `s`,
-    /// unless `s` is small against `m`.
+    /// Normal distribution without its part below zero, scaled up. Its mean is above `m`, and its
+    /// standard deviation below `s`, unless `s` is small against `m`.
     CutAtZero,
 }
 
 impl Distribution {
-    /// The value whose quantile is that of `z` in the standard normal distribution `Φ`.
+    /// Returns the value at the probability that `z` has in the standard normal distribution `Φ`.
     fn value(self, mean: f64, std: f64, z: f64) -> f64 {
         match self {
             Self::Normal => mean + z * std,
             _ if std == 0.0 => mean,
-            // The share of the values above it is Φ(−z) of those above zero, whose share is Φ(m/s).
+            // Values above zero have the share Φ(m/s); Φ(−z) of these are above the returned value.
             Self::CutAtZero => (mean - std * ndtri(ndtr(-z) * ndtr(mean / std))).max(0.0),
         }
     }
@@ -153,8 +152,8 @@ pub const INPUTS: [Input; INPUT_COUNT] = [
     ),
 ];
 
-/// The symbols and names of what has a share in the scatter: all inputs, and what a calibration
-/// leaves open.
+/// Symbols and names of the shares in the scatter: all inputs, and the uncertainty of a
+/// calibration.
 pub const SHARES: [[&str; 2]; INPUT_COUNT + 1] = {
     let mut shares = [["", "calibration"]; INPUT_COUNT + 1];
     let mut input = 0;
@@ -165,8 +164,8 @@ pub const SHARES: [[&str; 2]; INPUT_COUNT + 1] = {
     shares
 };
 
-/// A normally distributed input with its symbol, its name, and the paths of its mean and its
-/// standard deviation.
+/// Creates a normally distributed input with its symbol, its name, and the paths of its mean and
+/// its standard deviation.
 const fn input(dimension: u32, [symbol, name, mean, std]: [&'static str; 4]) -> Input {
     Input {
         symbol,
@@ -179,7 +178,7 @@ const fn input(dimension: u32, [symbol, name, mean, std]: [&'static str; 4]) -> 
 }
 
 impl Input {
-    /// Whether its standard deviation is above zero.
+    /// Returns `true` if the standard deviation is above zero.
     #[must_use]
     pub fn scatters(&self, settings: &Settings) -> bool {
         get(self.std, settings) > 0.0
@@ -200,8 +199,8 @@ pub fn check(settings: &Settings) -> Result<(), Violation> {
     Scatter::of(settings).map_or(Ok(()), |scatter| scatter.check())
 }
 
-/// Whether some property of the filaments scatters from tool to tool. Within a brush it scatters
-/// from filament to filament instead.
+/// Returns `true` if some property of the filaments scatters from tool to tool. Within a brush it
+/// scatters from filament to filament instead.
 #[must_use]
 pub fn scatters(settings: &Settings) -> bool {
     settings.brush.is_none()
@@ -245,7 +244,7 @@ bristle::record! {
 }
 
 impl ForceScatter {
-    /// The distribution of a force that is larger by a factor.
+    /// Returns the distribution of a force that is larger by a factor.
     #[must_use]
     pub fn times(self, factor: f64) -> Self {
         Self {
@@ -257,14 +256,14 @@ impl ForceScatter {
         }
     }
 
-    /// The 95 % band in N.
+    /// Returns the 95 % band in N.
     #[must_use]
     pub fn band(&self) -> [f64; 2] {
         [self.tool_force_lower_95_n, self.tool_force_upper_95_n]
     }
 
-    /// First-order Sobol indices of [`SHARES`]. The rest up to 1 is due to interactions of inputs,
-    /// or missed by the fit.
+    /// Returns first-order Sobol indices of [`SHARES`]. The rest up to 1 is due to interactions of
+    /// inputs, or missed by the fit.
     #[must_use]
     pub fn sobol_indices(&self) -> [f64; SHARES.len()] {
         [
@@ -285,19 +284,18 @@ impl ForceScatter {
 #[derive(Clone, Debug)]
 pub struct Scatter {
     settings: Settings,
-    /// The inputs as settings, with their means and standard deviations.
+    /// Inputs as settings, with their means and standard deviations.
     inputs: [&'static Parameter; INPUT_COUNT],
     means: [f64; INPUT_COUNT],
     stds: [f64; INPUT_COUNT],
     /// Standard normal numbers for each tool, one per input.
     points: Vec<[f64; INPUT_COUNT]>,
-    /// Where settings are calibrated: numbers for each of them, and the means that they give the
-    /// inputs, for each tool.
+    /// For each tool with calibrated settings: their normal numbers, and the means of the inputs.
     calibrated: Vec<(Vec<f64>, [f64; INPUT_COUNT])>,
 }
 
 impl Scatter {
-    /// The tools of the case that `settings` state. `None` if no property of the filaments
+    /// Samples the tools of the case that `settings` state. `None` if no property of the filaments
     /// scatters.
     #[must_use]
     pub fn of(settings: &Settings) -> Option<Self> {
@@ -327,26 +325,26 @@ impl Scatter {
         })
     }
 
-    /// The number of tools.
+    /// Returns the number of tools.
     #[must_use]
     pub fn count(&self) -> usize {
         self.points.len()
     }
 
-    /// The number of filaments of a tool, counted from 0.
+    /// Returns the number of filaments of a tool, counted from 0.
     #[must_use]
     pub fn filament_count(&self, tool: usize) -> f64 {
         self.value(tool, MOVING)
     }
 
-    /// The settings of a tool, counted from 0, with the nominal number of filaments. `None` if it
-    /// does not reach the workpiece.
+    /// Returns the settings of a tool, counted from 0, with the nominal number of filaments. `None`
+    /// if the tool does not reach the workpiece.
     #[must_use]
     pub fn settings(&self, tool: usize) -> Option<Settings> {
         self.settings_but(tool, None)
     }
 
-    /// The settings of a tool, with one input at its mean.
+    /// Returns the settings of a tool, with one input at its mean.
     fn settings_but(&self, tool: usize, at_mean: Option<usize>) -> Option<Settings> {
         let mut settings = self.settings.clone();
         if let (Some(own), Some((numbers, _))) = (
@@ -375,7 +373,8 @@ impl Scatter {
     /// Checks that each tool can be simulated.
     ///
     /// # Errors
-    /// The first tool that cannot, as a violation by the standard deviation that causes it.
+    /// The first tool that cannot be simulated, as a violation by the standard deviation that
+    /// causes it.
     pub fn check(&self) -> Result<(), Violation> {
         for tool in 0..self.count() {
             let moving = self.check_moving(tool, None);
@@ -401,8 +400,8 @@ impl Scatter {
         settings.check_relations()
     }
 
-    /// The violation by a tool's settings, as one by the standard deviation that causes it: that of
-    /// the wrong setting itself, or the one without which the tool would be valid.
+    /// Attributes the violation by a tool's settings to a standard deviation: that of the wrong
+    /// setting itself, or the one without which the tool would be valid.
     fn to_blame(&self, tool: usize, violation: Violation) -> Violation {
         let own = INPUTS
             .iter()
@@ -437,7 +436,7 @@ impl Scatter {
         }
     }
 
-    /// An input of a tool.
+    /// Returns an input of a tool.
     fn value(&self, tool: usize, input: usize) -> f64 {
         let mean = self
             .calibrated
@@ -448,7 +447,7 @@ impl Scatter {
             .value(mean, self.stds[input], self.points[tool][input])
     }
 
-    /// The share of the nominal number of filaments that a calibrated one has.
+    /// Returns the calibrated number of filaments over the nominal one.
     fn calibrated_count(&self, tool: usize) -> f64 {
         self.calibrated
             .get(tool)
@@ -457,7 +456,7 @@ impl Scatter {
 
     /// Reduces the impulses `p_n` in N s of one filament of each tool to the distribution of the
     /// tool force. The impulse of a simulation that failed is `None`. Returns `None` if more than
-    /// half of them failed.
+    /// half of the simulations failed.
     ///
     /// `F_n,w = N_f φ` with the force `φ = p_n ω/(2π)` that one filament adds. Because `N_f` and
     /// `φ` are independent, the mean, variance and indices of the product follow from those of the
@@ -480,8 +479,8 @@ impl Scatter {
         if 2 * known.len() < self.count() {
             return None;
         }
-        // A calibrated number of filaments belongs to the force of one, as it is correlated with
-        // what is calibrated beside it.
+        // A calibrated number of filaments enters the force of one filament, because it is
+        // correlated with the other calibrated settings.
         let force =
             |&(tool, p): &(usize, f64)| tool_force(p, self.calibrated_count(tool), self.rate(tool));
         let per_filament: Vec<f64> = known.iter().map(force).collect();
@@ -555,7 +554,7 @@ impl Scatter {
         })
     }
 
-    /// Rate `ω` of a tool in rad/s.
+    /// Returns the rate `ω` of a tool in rad/s.
     fn rate(&self, tool: usize) -> f64 {
         // A tool that does not reach the workpiece adds no force at any rate.
         self.settings(tool)
@@ -563,8 +562,9 @@ impl Scatter {
     }
 }
 
-/// The inputs that scatter in a case, and by how much: `d ± 2.5 %, E ± 10 %, N_f ± 5.7 %`. Of
-/// waves, which may have any sign, and of a mean of zero there is no per cent: `µ ± 0.1`.
+/// Lists the inputs that scatter in a case with relative standard deviations:
+/// `d ± 2.5 %, E ± 10 %, N_f ± 5.7 %`. Those of waves, which may have any sign, and about a mean of
+/// zero are absolute: `µ ± 0.1`.
 #[must_use]
 pub fn scatter_text(settings: &Settings) -> String {
     let input = |input: &Input| {
@@ -607,16 +607,17 @@ fn get(path: &str, settings: &Settings) -> f64 {
     parameter(path).get(settings)
 }
 
-/// A number of the sequence, transformed to a standard normal distribution.
+/// Returns a number of the sequence, transformed to a standard normal distribution.
 fn standard_normal(index: u32, dimension: u32, seed: u32) -> f64 {
-    /// The numbers are multiples of 2⁻²⁴, starting at 0. The midpoints between them are neither 0
-    /// nor 1.
+    /// Half the spacing of the numbers, which are multiples of 2⁻²⁴ from 0 on. The midpoints
+    /// between them are neither 0 nor 1.
     const HALF: f64 = 1.0 / (1 << 25) as f64;
     ndtri(f64::from(sobol_burley::sample(index, dimension, seed)) + HALF)
 }
 
-/// The quantile of sorted values: the value below which `share` of them lies. Value `k` is the
-/// quantile at `(k − ½)/n`, with linear interpolation between values (Hyndman and Fan 1996, no. 5).
+/// Returns the quantile of sorted values: the value below which `share` of them lies. Value `k` is
+/// the quantile at `(k − ½)/n`, with linear interpolation between values (Hyndman and Fan 1996, no.
+/// 5).
 pub(crate) fn quantile(sorted: &[f64], share: f64) -> f64 {
     let place = (share * sorted.len() as f64 - 0.5).clamp(0.0, (sorted.len() - 1) as f64);
     let below = sorted[place.floor() as usize];

@@ -1,4 +1,4 @@
-//! What an input file states, with the places of it: materials, sweeps and named tools.
+//! Parts of an input file with their places: materials, sweeps and named tools.
 
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ use crate::input::options;
 #[derive(Debug)]
 pub(super) struct LocatedMaterial {
     pub(super) material: &'static Material,
-    /// What it states, as TOML.
+    /// Values that it states, as TOML.
     pub(super) values: [(&'static Parameter, String); 2],
     /// Place of its name.
     pub(super) span: Range<usize>,
@@ -36,11 +36,11 @@ pub(super) struct LocatedTool<'t> {
     pub(super) name: String,
     /// Place of the name.
     pub(super) span: Range<usize>,
-    /// The sections in which it states something, or that it adds, and their places.
+    /// Sections in which the tool states something, or that it adds, and their places.
     pub(super) sections: Vec<(String, Range<usize>)>,
-    /// What it states.
+    /// Settings that the tool states.
     pub(super) entries: Vec<Entry<'t>>,
-    /// The material that it names.
+    /// Material that the tool names.
     pub(super) material: Option<LocatedMaterial>,
 }
 
@@ -64,18 +64,18 @@ impl Entry<'_> {
 }
 
 impl LocatedTool<'_> {
-    /// Whether it states the setting at a dotted path.
+    /// Returns `true` if the tool states the setting at a dotted path.
     pub(super) fn states(&self, path: &str) -> bool {
         self.entries.iter().any(|entry| entry.path() == path)
     }
 
-    /// Whether it leaves aside what the file states of the setting at a dotted path: its own
-    /// material precedes numbers of the file.
+    /// Returns `true` if the tool leaves aside the file's value of the setting at a dotted path:
+    /// its own material precedes numbers of the file.
     pub(super) fn leaves_aside(&self, path: &str) -> bool {
         self.material.is_some() && [DENSITY, MODULUS].contains(&path)
     }
 
-    /// Puts what it states in the place of what the tree does.
+    /// Replaces settings of the tree by those of the tool.
     pub(super) fn state<'a>(&'a self, table: &mut DeTable<'a>) {
         if let Some(DeValue::Table(filament)) = table.get_mut(FILAMENT).map(Spanned::get_mut)
             && self.material.is_some()
@@ -99,8 +99,8 @@ impl LocatedTool<'_> {
     }
 }
 
-/// The section of a key in the table of a tool: the key itself, or the beginning of a dotted path
-/// in quotes.
+/// Returns the section of a key in the table of a tool: the key itself, or the beginning of a
+/// dotted path in quotes.
 pub(super) fn section_of(key: &str) -> &str {
     key.split_once('.').map_or(key, |(section, _)| section)
 }

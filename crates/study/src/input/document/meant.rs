@@ -1,11 +1,11 @@
-//! Which section, key or name is meant by one that is not known.
+//! Section, key or name that is meant by one that is not known.
 
 use crate::text::units::{UNITS, Unit, without_unit};
 use bristle::model::parameters::{PARAMETERS, Parameter};
 
 use crate::input::units::setting;
 
-/// Whether this is the name of a section of settings.
+/// Returns `true` if this is the name of a section of settings.
 pub(super) fn is_section(name: &str) -> bool {
     PARAMETERS
         .iter()
@@ -13,21 +13,21 @@ pub(super) fn is_section(name: &str) -> bool {
 }
 
 /// Least similarity (Jaro and Winkler, 0 to 1) at which a name may be a misspelling of another.
-const CLOSE: f64 = 0.85;
+const MIN_SIMILARITY: f64 = 0.85;
 
-/// A hint at the name that is most similar to `written`. Empty if none is close.
+/// Returns a hint at the name that is most similar to `written`. Empty if none is close.
 pub(super) fn did_you_mean<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> String {
     names
         .map(|name| (strsim::jaro_winkler(written, name), name))
         .max_by(|(left, _), (right, _)| left.total_cmp(right))
-        .filter(|(similarity, name)| *similarity >= CLOSE && *name != written)
+        .filter(|(similarity, name)| *similarity >= MIN_SIMILARITY && *name != written)
         .map_or_else(String::new, |(_, name)| format!("did you mean `{name}`?"))
 }
 
-/// A hint at the setting whose key is most similar to the last part of `written`, or that people
-/// call by this name. Empty if none is close. Keys in the wrong section are found, too.
+/// Returns a hint at the setting whose key is most similar to the last part of `written`, or that
+/// people call by this name. Empty if none is close. Keys in the wrong section are found, too.
 pub fn setting_meant(written: &str) -> String {
-    /// By how much more similar a key of another section must be.
+    /// Similarity that a key of another section must have in addition.
     const OWN_SECTION: f64 = 0.1;
     let whole = written;
     let (section, written) = written.rsplit_once('.').unwrap_or(("", written));
@@ -55,7 +55,7 @@ pub fn setting_meant(written: &str) -> String {
         } else {
             strsim::jaro_winkler(&lower, parameter.key())
         };
-        (similarity >= CLOSE).then(|| {
+        (similarity >= MIN_SIMILARITY).then(|| {
             similarity
                 + if parameter.section() == section {
                     OWN_SECTION
@@ -67,7 +67,7 @@ pub fn setting_meant(written: &str) -> String {
     let close = PARAMETERS
         .iter()
         .filter_map(|parameter| Some((similarity(parameter)?, parameter)));
-    // Of equally similar ones the first.
+    // The first of equally similar settings.
     let meant = close
         .rev()
         .max_by(|(left, _), (right, _)| left.total_cmp(right));

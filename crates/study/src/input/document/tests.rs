@@ -46,7 +46,7 @@ fn named_tools_change_slowest_and_have_their_own_settings() {
         [TOOL, "contact.exponent", VELOCITY]
     );
     assert_eq!(study.values(7).collect::<Vec<_>>(), [1.0, 1.5, 10.0]);
-    // What a tool leaves out is the file's, also where it has no number.
+    // Settings that a tool leaves out are the file's, also where they have no number.
     let tips = [0, 4, 8].map(|case| study.settings(case).filament.tip_diameter_m);
     assert_eq!(tips, [None, Some(1e-3), None]);
     assert_eq!(
@@ -59,8 +59,8 @@ fn named_tools_change_slowest_and_have_their_own_settings() {
     );
 }
 
-/// What a workpiece of another kind has may be stated as it is by default, as programs do that
-/// write all keys.
+/// Keys of another kind of workpiece may be stated with their defaults, as programs do that write
+/// all keys.
 #[test]
 fn keys_of_other_workpieces_have_no_effect() {
     let kind = |keys: &str| {
@@ -126,7 +126,7 @@ fn impossible_tools_are_blamed_on_their_deviation() {
     assert!(error("hold = \"depth\"").contains("process"));
 }
 
-/// A text in the units of the settings, and the same in others.
+/// Text in the units of the settings, and the same in others.
 const IN_OTHER_UNITS: &[(&str, &str)] = &[
     ("body_radius_m = 0.140", "body_radius_mm = 140"),
     ("width_m = 0.020", "width_cm = 2.0"),
@@ -168,7 +168,7 @@ const IN_OTHER_UNITS: &[(&str, &str)] = &[
     ),
 ];
 
-/// What is stated in the units of the settings where [`IN_OTHER_UNITS`] adds something.
+/// Texts in the units of the settings, where [`IN_OTHER_UNITS`] adds something.
 const IN_OWN_UNITS: &[(&str, &str)] = &[
     ("filaments_per_mm2 = 0.5969", "filaments_per_m2 = 596900"),
     ("youngs_modulus_gpa = 3.31", "youngs_modulus_pa = 3.31e9"),
@@ -262,7 +262,7 @@ fn keys_in_other_units_state_the_same() {
     ] {
         let [own, other] = [own, other].map(|option| [option.to_owned()]);
         assert_eq!(read(&study, &other), read(&study, &own), "{other:?}");
-        // What the file states in any unit is replaced.
+        // Options replace settings that the file states in any unit.
         let in_millimetres = study.replace("length_m = 0.040", "length_mm = 37");
         assert_eq!(
             read(&in_millimetres, &other),
@@ -272,8 +272,7 @@ fn keys_in_other_units_state_the_same() {
     }
 }
 
-/// What stands in the place of a line of the file or behind it, or the options, and what the
-/// message says.
+/// Text in the place of a line of the file or behind it, or options, and parts of the message.
 const MISTAKEN_UNITS: &[(&str, &str, &[&str])] = &[
     (
         "length_m = 0.040",
@@ -536,8 +535,8 @@ fn a_goal_has_its_keys_in_any_unit() {
     }
 }
 
-/// A table of a laboratory, the lines of `[measured]` before it is read, and those that the message
-/// tells to write.
+/// Table of a laboratory, the lines of `[measured]` before it is read, and the lines that the
+/// message suggests.
 const TABLES: &[(&str, &str, &[&str])] = &[
     (
         "n [rpm];ae [mm];Fz [kN];s [N]\n600;0,5;0,125;4\n",
@@ -580,7 +579,7 @@ const TABLES: &[(&str, &str, &[&str])] = &[
             "columns.force_n = { column = \"force (mean)\", unit = \"N\" }  # check the unit",
         ],
     ),
-    // What the file names rightly stays.
+    // Columns that the file names rightly stay.
     (
         "U;V;W;ae [mm]\n600;125;0,9;0,5\n",
         "columns = { rotational_speed_rpm = \"U\", force_n = { column = \"V\", unit = \"N\" }, penetration_depth_m = \"ae\", tool = \"W\" }\n",

@@ -1,5 +1,5 @@
-//! Reads the named tools of a study, `[study.tools.NAME]`: what each states in place of the file,
-//! and materials by their names.
+//! Reads the named tools of a study, `[study.tools.NAME]`, with the settings that replace those of
+//! the file, and materials by their names.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -15,10 +15,10 @@ use crate::input::input_error::InputError;
 use crate::input::keys::{FILAMENT, MATERIAL_KEY, SECTIONS, STUDY, TOOLS};
 use crate::input::materials::{DENSITY, MATERIALS, MODULUS, Material};
 
-/// The path of the name of a material.
+/// Path of the name of a material.
 const MATERIAL: &str = "filament.material";
 
-/// The values allowed for the named tools.
+/// Values allowed for the named tools.
 const TABLES: &str = "tables of settings by the names of the tools, as in [study.tools.fine]";
 const TABLE: &str =
     "a table of settings, as in { filament.diameter_m = 0.6e-3, tool.filament_count = 20000 }";
@@ -109,8 +109,8 @@ impl<'t> Document<'t> {
         Err(self.refused(MATERIAL, found, allowed, span, &advice))
     }
 
-    /// The settings in the table of a tool, which `path` names: those of sections, and those with
-    /// dotted paths in quotes.
+    /// Reads the settings in the table of a tool, which `path` names: those of sections, and those
+    /// with dotted paths in quotes.
     fn read_entries(&self, path: &str, stated: &DeTable<'t>) -> Result<Vec<Entry<'t>>, InputError> {
         let mut entries = Vec::new();
         for (key, value) in stated {
@@ -139,7 +139,7 @@ impl<'t> Document<'t> {
         Ok(entries)
     }
 
-    /// The error about a key that a tool cannot state.
+    /// Returns the error about a key that a tool cannot state.
     fn not_of_a_tool(&self, path: &str, name: &str, span: Range<usize>) -> InputError {
         let section = section_of(name);
         let sections = SECTIONS.map(|section| format!("[{section}]")).join(", ");
@@ -155,7 +155,7 @@ impl<'t> Document<'t> {
         self.unknown(&format!("{path}.{name}"), expected, span, &advice)
     }
 
-    /// Checks that a tool states nothing twice, nor what the study sweeps.
+    /// Checks that a tool states no setting twice, and none that the study sweeps.
     fn check_entries(&self, entries: &[Entry<'_>]) -> Result<(), InputError> {
         for (position, entry) in entries.iter().enumerate() {
             let Some(parameter) = entry.parameter() else {

@@ -1,4 +1,4 @@
-//! The parts of an input file, with their places, and errors about them as they were written.
+//! Parts of an input file with their places, and errors about these parts as they were written.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -19,39 +19,39 @@ use crate::input::measured::Format;
 #[derive(Debug, Default)]
 pub struct Document<'t> {
     pub(super) source: Source<'t>,
-    /// The sections of [`Settings`](bristle::model::settings::Settings).
+    /// Sections of [`Settings`](bristle::model::settings::Settings).
     pub(super) table: DeTable<'t>,
     /// Place of the heading of `[study]`.
     pub(super) study_span: Range<usize>,
     pub(super) sweeps: Vec<LocatedSweep>,
     pub(super) tools: Vec<LocatedTool<'t>>,
-    /// The file of measured forces, and how it is written.
+    /// File of measured forces, and its format.
     pub(super) measured: Option<(String, Format)>,
-    /// The file of a profile's control points, with the place of its path.
+    /// File of a profile's control points, with the place of its path.
     pub(super) control_points_file: Option<(String, Range<usize>)>,
-    /// What the study is asked for, by the keys of `[goal]`.
+    /// Goal of the study, by the keys of `[goal]`.
     pub(super) goal: Option<Map<String, Value>>,
-    /// The control points in it, once they have been read.
+    /// Control points of this file, once they have been read.
     pub(super) control_points: Vec<[f64; 2]>,
     pub(super) material: Option<LocatedMaterial>,
-    /// The keys of the tree that were written in other units than those of their settings, by their
+    /// Keys of the tree that were written in other units than those of their settings, by their
     /// places.
     pub(super) other_units: BTreeMap<usize, OtherUnit>,
-    /// Whether the section of filaments that touch each other is left out.
+    /// `true` if the section of filaments that touch each other is left out.
     pub(super) is_alone: bool,
 }
 
 /// A key with another unit than that of its setting. It is found by its place.
 #[derive(Debug)]
 pub(super) struct OtherUnit {
-    /// The key in the unit of the setting, as its table has it, and the one that was written.
+    /// Key in the unit of the setting, as its table has it, and the one that was written.
     own: String,
     written: String,
     unit: &'static Unit,
-    /// The end of its value.
+    /// End of the value.
     end: usize,
-    /// The numbers of the value in the unit of the setting, as TOML, one after the other; `None`
-    /// for what is no finite number.
+    /// Numbers of the value in the unit of the setting, as TOML, one after the other; `None` for an
+    /// entry that is no finite number.
     numbers: Vec<Option<String>>,
 }
 
@@ -76,7 +76,7 @@ impl OtherUnit {
         }
     }
 
-    /// Puts the numbers in the unit of the setting in the place of those that were written.
+    /// Replaces the numbers that were written by those in the unit of the setting.
     pub(super) fn convert<'a>(&'a self, value: &mut Spanned<DeValue<'a>>) {
         let mut numbers = self.numbers.iter();
         each_number(value, &mut |number| {
@@ -86,7 +86,7 @@ impl OtherUnit {
         });
     }
 
-    /// A dotted path that ends with the key of the setting, as it was written.
+    /// Returns a dotted path that ends with the key of the setting, as it was written.
     fn written(&self, path: &str) -> Option<String> {
         let before = path
             .strip_suffix(&self.own)
@@ -94,7 +94,7 @@ impl OtherUnit {
         Some(format!("{before}{}", self.written))
     }
 
-    /// A value of the setting as text, in the unit that was written.
+    /// Formats a value of the setting in the unit that was written.
     fn value(&self, own: &str) -> Option<String> {
         let number = own.parse().ok().filter(|number: &f64| number.is_finite())?;
         let number = self.unit.of_own(number);
@@ -129,7 +129,7 @@ impl Document<'_> {
             .any(|located| std::ptr::eq(located.parameter, parameter))
     }
 
-    /// The error about a value that is not allowed.
+    /// Returns the error about a value that is not allowed.
     pub(super) fn not_allowed(
         &self,
         key: &str,
@@ -140,8 +140,8 @@ impl Document<'_> {
         self.refused(key, self.source.quote(span.clone()), allowed, span, "")
     }
 
-    /// The error about a `value` at a place that is not allowed for its key, both as they were
-    /// written.
+    /// Returns the error about a `value` at a place that is not allowed for its key, both as they
+    /// were written.
     pub(super) fn refused(
         &self,
         key: &str,
@@ -165,7 +165,7 @@ impl Document<'_> {
         )
     }
 
-    /// The error about a key that does not name a setting.
+    /// Returns the error about a key that does not name a setting.
     pub(super) fn unknown(
         &self,
         key: &str,
@@ -179,7 +179,7 @@ impl Document<'_> {
         self.error(Some(&key), problem, span, advice)
     }
 
-    /// The error about a required key that is missing.
+    /// Returns the error about a required key that is missing.
     pub(super) fn absent(
         &self,
         key: &str,
@@ -195,7 +195,7 @@ impl Document<'_> {
         )
     }
 
-    /// The error about two keys that state the same.
+    /// Returns the error about two keys that state the same.
     pub(super) fn both(
         &self,
         key: &str,
@@ -207,8 +207,8 @@ impl Document<'_> {
         self.about(key, what, span, advice)
     }
 
-    /// The error about a key for what the study sweeps: the same setting, or one that states the
-    /// same.
+    /// Returns the error about a key without effect, because the study sweeps the setting, or one
+    /// that states the same.
     pub(super) fn swept(
         &self,
         key: &str,
@@ -220,7 +220,7 @@ impl Document<'_> {
         self.about(key, what, span, advice)
     }
 
-    /// The error about a key, whose problem follows its name.
+    /// Returns the error about a key, whose problem follows its name.
     pub(super) fn about(
         &self,
         key: &str,
@@ -247,19 +247,19 @@ impl Document<'_> {
         }
     }
 
-    /// The place of something missing: the end of the text.
+    /// Returns the place of something missing: the end of the text.
     pub(super) fn end(&self) -> Range<usize> {
         let end = self.source.text.trim_end().len();
         end..end
     }
 
-    /// The key with another unit at a place.
+    /// Returns the key with another unit at a place.
     fn other_unit_at(&self, span: &Range<usize>) -> Option<&OtherUnit> {
         let (_, other) = self.other_units.range(..=span.start).next_back()?;
         (span.start < other.end).then_some(other)
     }
 
-    /// The path of a setting as it was written at a place.
+    /// Returns the path of a setting as it was written at a place.
     pub(super) fn written(&self, path: &str, span: &Range<usize>) -> String {
         self.other_unit_at(span)
             .and_then(|other| other.written(path))
@@ -267,7 +267,7 @@ impl Document<'_> {
     }
 }
 
-/// The value of a number that this program wrote.
+/// Returns the value of a number that this program wrote.
 pub(super) fn number_of(text: &str) -> DeValue<'_> {
     DeValue::parse(text)
         .expect("a number is a value")

@@ -11,7 +11,7 @@ use crate::input::input_error::InputError;
 use crate::input::keys::{STUDY, TOOLS};
 use crate::input::units::own_key;
 
-/// What to do about two keys for one setting.
+/// Advice about two keys for one setting.
 pub(super) const ONE_UNIT: &str = "give one of them: both state the same, each in its unit";
 
 impl<'t> Document<'t> {
@@ -32,7 +32,7 @@ impl<'t> Document<'t> {
                         continue;
                     };
                     let path = format!("{STUDY}.{TOOLS}.{}", name.get_ref());
-                    // Those with their paths in quotes.
+                    // Keys with their paths in quotes.
                     self.take_units_of(tool, STUDY, &path)?;
                     for (section, entries) in tool.iter_mut() {
                         let section = section.get_ref().as_ref();
@@ -47,8 +47,8 @@ impl<'t> Document<'t> {
         Ok(())
     }
 
-    /// Gives the keys of a table with those of a `section` the units of their settings. `path`
-    /// names the table.
+    /// Gives the keys of a table, which are those of a `section`, the units of their settings.
+    /// `path` names the table.
     fn take_units_of(
         &mut self,
         entries: &mut DeTable<'t>,
@@ -84,7 +84,7 @@ impl<'t> Document<'t> {
         Ok(())
     }
 
-    /// The values of a tree in the units of the settings.
+    /// Converts the values of a tree to the units of the settings.
     pub(super) fn convert<'a>(&'a self, table: &mut DeTable<'a>) {
         for (_, section) in table.iter_mut() {
             let DeValue::Table(entries) = section.get_mut() else {

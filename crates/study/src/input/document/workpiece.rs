@@ -13,10 +13,10 @@ use crate::input::input_error::InputError;
 use crate::input::keys::{CONTROL_POINTS, WORKPIECE};
 use crate::input::schema::workpiece_kinds;
 
-/// The keys of a workpiece of any kind.
+/// Keys of a workpiece of any kind.
 pub(super) const KIND: &str = "kind";
 pub(super) const FEED: &str = "feed_velocity_m_s";
-/// The key of a plane that other kinds have, too, but do not state.
+/// Key of a plane that other kinds have, too, but do not state.
 const NORMAL: &str = "normal";
 
 impl Document<'_> {
@@ -124,8 +124,8 @@ impl Document<'_> {
     }
 }
 
-/// Reads the `keys` of a workpiece of a kind. Those of its structure, rather than of
-/// [`WorkpieceKind`], keep their places in errors.
+/// Reads the `keys` of a workpiece of a kind into the structure of this kind. Unlike in
+/// [`WorkpieceKind`], keys keep their places in errors.
 fn of_kind(kind: &str, keys: &Spanned<DeValue<'_>>) -> Result<WorkpieceKind, Error> {
     Ok(match kind {
         "edge" => WorkpieceKind::Edge(read(keys)?),
@@ -137,7 +137,7 @@ fn of_kind(kind: &str, keys: &Spanned<DeValue<'_>>) -> Result<WorkpieceKind, Err
     })
 }
 
-/// Whether two values are the same, however their numbers are written.
+/// Returns `true` if two values are equal, however their numbers are written.
 fn is_same(one: &Value, other: &Value) -> bool {
     match (one, other) {
         (Value::Array(one), Value::Array(other)) => {
