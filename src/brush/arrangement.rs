@@ -1,4 +1,4 @@
-//! Where the roots of a brush are (docs/MODEL.md, "Filaments that touch").
+//! Positions of the roots of a brush (docs/MODEL.md, "Filaments that touch").
 
 use std::f64::consts::TAU;
 
@@ -8,8 +8,8 @@ use crate::model::settings::{BrushSettings, Ends, Pattern, Settings};
 
 use super::error::BrushError;
 
-/// A standard normal number of filament `[column, row]`, which does not depend on how many others
-/// there are.
+/// Returns standard normal numbers for the filament `[column, row]`, whatever the number of
+/// filaments.
 pub fn random_of(seed: u32, [column, row]: [usize; 2]) -> impl FnMut() -> f64 {
     // Seeds of neighbours differ in a few bits: each drawn number spreads them further.
     let mut random = [column, row].into_iter().fold(
@@ -19,27 +19,27 @@ pub fn random_of(seed: u32, [column, row]: [usize; 2]) -> impl FnMut() -> f64 {
     move || ndtri(random.f64().max(f64::MIN_POSITIVE))
 }
 
-/// The root of a filament on the cylinder of the body.
+/// Root of a filament on the cylinder of the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Root {
-    /// Its column; 0 meets the workpiece first.
+    /// Column; 0 meets the workpiece first.
     pub column: usize,
-    /// Its row, from that at the least `z`.
+    /// Row; 0 has the least `z`.
     pub row: usize,
-    /// Angle behind that of an unshifted root of column 0, in rad.
+    /// Angle behind an unshifted root of column 0, in rad.
     pub angle: f64,
     /// `z` in m.
     pub z: f64,
 }
 
 impl Root {
-    /// Column and row.
+    /// Returns column and row.
     pub fn place(&self) -> [usize; 2] {
         [self.column, self.row]
     }
 }
 
-/// The roots of a sector.
+/// Roots of a sector.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arrangement {
     /// Number of columns.
@@ -48,20 +48,20 @@ pub struct Arrangement {
     pub rows: usize,
     /// Number of filaments around, `N_f/rows`.
     pub around: f64,
-    /// Column by column.
+    /// Roots, column by column.
     pub roots: Vec<Root>,
-    /// After which distance along `z` the rows repeat, in m, if they do.
+    /// Period of the rows along `z` in m, if they repeat.
     pub period: Option<f64>,
 }
 
-/// Whether no filament that stays in its plane can touch one in another plane: all rows are
-/// regular, and farther apart than `reach` (m).
+/// Returns `true` if filaments in their planes cannot touch those in others: all rows are regular,
+/// and farther apart than `reach` (m).
 pub fn has_separate_rows(settings: &Settings, reach: f64) -> bool {
     let (pattern, rows) = (settings.brush_or_default().pattern, settings.brush_rows());
     rows == 1 || (pattern != Pattern::Random && settings.tool.width_m / rows as f64 > reach)
 }
 
-/// Roots in the order of their angles, which are between 0 and 2π here, with their numbers.
+/// Angles of the roots from 0 to 2π, ascending, with the numbers of the roots.
 struct Ring(Vec<(f64, usize)>);
 
 impl Ring {
@@ -75,7 +75,7 @@ impl Ring {
         Self(order)
     }
 
-    /// The numbers of the roots from an angle on, over the angle `width`, all in rad.
+    /// Returns the numbers of the roots from the angle `from` on, over the angle `width`, in rad.
     fn within(&self, from: f64, width: f64) -> impl Iterator<Item = usize> {
         let from = from.rem_euclid(TAU);
         let (before, behind) = self.0.split_at(self.place(from));
@@ -85,12 +85,12 @@ impl Ring {
             .map(|(_, index)| *index)
     }
 
-    /// Where the first one from an angle on is.
+    /// Returns the place of the first root from `angle` (rad) on.
     fn place(&self, angle: f64) -> usize {
         self.0.partition_point(|(other, _)| *other < angle)
     }
 
-    /// Takes the root of the number `index` from one angle to another.
+    /// Moves the root `index` from one angle to another (rad).
     fn turn(&mut self, index: usize, angles: [f64; 2]) {
         let [from, to] = angles.map(|angle| angle.rem_euclid(TAU));
         let [first, new] = [from, to].map(|angle| self.place(angle));
@@ -108,19 +108,19 @@ impl Ring {
     }
 }
 
-/// The angle in rad beyond which no two roots are closer than `reach` (m).
+/// Returns the angle in rad beyond which no two roots are closer than `reach` (m).
 fn window(radius: f64, reach: f64) -> f64 {
-    /// So much wider than needed, because of rounding.
-    const WIDER: f64 = 1.0 + 1e-9;
+    /// Factor that covers rounding errors.
+    const ROUNDING_FACTOR: f64 = 1.0 + 1e-9;
     if reach < 2.0 * radius {
-        WIDER * 2.0 * (0.5 * reach / radius).asin()
+        ROUNDING_FACTOR * 2.0 * (0.5 * reach / radius).asin()
     } else {
         TAU
     }
 }
 
 impl Arrangement {
-    /// The roots of a sector of `columns` columns of the brush that `settings` state.
+    /// Arranges the roots of a sector of `columns` columns of the brush that `settings` state.
     ///
     /// # Errors
     /// If there are more columns than the brush has, or if two roots are closer than `reach` (m),
@@ -187,13 +187,13 @@ impl Arrangement {
         Ok(arrangement)
     }
 
-    /// Distance of two roots in m, with the other one moved by `shift` (m) along `z`.
+    /// Returns the distance of two roots in m, with `b` moved by `shift` (m) along `z`.
     fn distance(a: &Root, b: &Root, radius: f64, shift: f64) -> f64 {
         let chord = 2.0 * radius * (0.5 * (a.angle - b.angle)).sin();
         chord.hypot(b.z + shift - a.z)
     }
 
-    /// The shifts along `z` under which others are met.
+    /// Returns the shifts of the periodic images along `z` in m.
     fn shifts(&self) -> Vec<f64> {
         self.period
             .map_or_else(|| vec![0.0], |period| vec![-period, 0.0, period])
@@ -202,7 +202,7 @@ impl Arrangement {
     /// Checks that no two roots are closer than `reach` (m).
     fn check(&self, radius: f64, reach: f64) -> Result<(), BrushError> {
         let (ring, shifts, window) = (Ring::new(&self.roots), self.shifts(), window(radius, reach));
-        // A filament meets its own image too.
+        // A filament also meets its own periodic images.
         if self.period.is_some_and(|period| period < reach) {
             return Err(BrushError::Overlap {
                 distance: self.period.unwrap_or_default(),
@@ -221,7 +221,7 @@ impl Arrangement {
                     .iter()
                     .map(|shift| Self::distance(a, b, radius, *shift))
                     .fold(f64::INFINITY, f64::min);
-                // A brush whose filaments just touch is one that can be built.
+                // A brush whose filaments just touch can be built.
                 if nearest < reach * (1.0 - 1e-9) {
                     let pair = [a.place(), b.place()];
                     return Err(BrushError::Overlap {
@@ -235,18 +235,18 @@ impl Arrangement {
         Ok(())
     }
 
-    /// Shifts each root by normally distributed ways with the standard deviation `std` (m), drawn
-    /// anew while it would be closer than `reach` (m) to another.
+    /// Shifts each root by normally distributed distances (standard deviation `std`, m), drawn
+    /// again while it would be closer than `reach` (m) to another.
     fn scatter(&mut self, std: f64, radius: f64, reach: f64, seed: u32) {
         /// Draws before a root stays where it is.
-        const DRAWS: usize = 100;
+        const MAX_DRAWS: usize = 100;
         /// Tilts and constants of filaments are drawn from other seeds.
-        const STREAM: u32 = 0x726f_6f74;
+        const ROOT_SEED_MASK: u32 = 0x726f_6f74;
         let (shifts, is_in_plane) = (self.shifts(), self.rows == 1);
         let (mut ring, window) = (Ring::new(&self.roots), window(radius, reach));
         for index in 0..self.roots.len() {
             let root = self.roots[index];
-            let mut normal = random_of(seed ^ STREAM, root.place());
+            let mut normal = random_of(seed ^ ROOT_SEED_MASK, root.place());
             let is_free = |new: &Root| {
                 let mut others = ring
                     .within(new.angle - window, 2.0 * window)
@@ -267,27 +267,27 @@ impl Arrangement {
                     ..root
                 }
             });
-            if let Some(new) = drawn.take(DRAWS).find(is_free) {
+            if let Some(new) = drawn.take(MAX_DRAWS).find(is_free) {
                 self.roots[index] = new;
                 ring.turn(index, [root.angle, new.angle]);
             }
         }
     }
 
-    /// Shakes regular roots until they are random: a Markov chain of Metropolis et al. (1953) for
-    /// hard discs, on the developed cylinder over the angle `sector` (rad) and the `width` (m),
-    /// which both repeat as far as the rows do. Its steady distribution is uniform over all
-    /// arrangements in which no two are closer than `reach` (m).
+    /// Makes regular roots random by a Markov chain for hard discs (Metropolis et al. 1953), on the
+    /// developed cylinder over the angle `sector` (rad) and the `width` (m). The angle is periodic,
+    /// the width if the rows are. The steady distribution is uniform over all arrangements in which
+    /// no two roots are closer than `reach` (m).
     fn shake(&mut self, radius: f64, sector: f64, width: f64, reach: f64, seed: u64) {
-        /// Times that each root is tried. The order of the start is gone after some ten.
+        /// Trials per root. Some ten remove the initial order.
         const SWEEPS: usize = 400;
         let mut random = fastrand::Rng::with_seed(seed);
         let count = self.roots.len();
-        // Discs in cells not smaller than the reach meet those of neighbouring cells only.
-        let cells = [
-            (sector * radius / reach).floor().max(1.0) as usize,
-            (width / reach).floor().max(1.0) as usize,
-        ];
+        // Discs in cells not smaller than the reach meet those of neighbouring cells only. Smaller
+        // ones than for four cells a root would take memory in vain.
+        let size = reach.max(0.5 * (sector * radius * width / count as f64).sqrt());
+        let cells =
+            [sector * radius, width].map(|length| (length / size).floor().max(1.0) as usize);
         let cell = |angle: f64, z: f64| {
             let share = [
                 (angle / sector).rem_euclid(1.0),
@@ -328,7 +328,7 @@ impl Arrangement {
                         .filter(|&&other| other != index)
                         .all(|&other| {
                             let other = &self.roots[other];
-                            // The sector repeats, so that its density is even up to its ends.
+                            // The sector is periodic, so that its density is even up to its ends.
                             [-sector, 0.0, sector].iter().all(|turn| {
                                 let other = Root {
                                     angle: other.angle + turn,
@@ -350,8 +350,8 @@ impl Arrangement {
                 self.roots[index] = new;
             }
         }
-        // Columns and rows are names here: in the order in which they meet the workpiece, and along
-        // the axis.
+        // Columns and rows only number the roots: in the order in which they meet the workpiece,
+        // and along the axis.
         self.roots.sort_by(|a, b| a.angle.total_cmp(&b.angle));
         for (column, roots) in self.roots.chunks_mut(self.rows).enumerate() {
             roots.sort_by(|a, b| a.z.total_cmp(&b.z));
@@ -361,18 +361,18 @@ impl Arrangement {
         }
     }
 
-    /// The angle of the root that is farthest behind in rad.
+    /// Returns the largest angle of a root in rad.
     pub fn latest(&self) -> f64 {
         self.latest_of(self.columns)
     }
 
-    /// The same of the first columns.
+    /// Returns the largest angle of a root of the first `columns` columns in rad.
     pub fn latest_of(&self, columns: usize) -> f64 {
         let roots = self.roots.iter().filter(|root| root.column < columns);
         roots.fold(0.0_f64, |latest, root| latest.max(root.angle))
     }
 
-    /// Whether the columns close the ring.
+    /// Returns `true` if the columns close the ring.
     pub fn is_closed(&self) -> bool {
         self.columns == self.around.floor() as usize && self.around.fract() == 0.0
     }
@@ -384,20 +384,19 @@ mod tests {
 
     use super::*;
 
-    /// Columns and rows of the sector, which is so small that drawing all roots anew is a sampler,
+    /// Columns and rows of the sector. It is so small that rejection sampling of all roots works,
     /// too.
     const COLUMNS: usize = 3;
     const ROWS: usize = 2;
     /// Least distance of two roots in m.
     const REACH: f64 = 1e-3;
-    /// The share of the sector that discs of this diameter cover: most of what a brush of wires
-    /// has.
-    const COVERED: f64 = 0.3;
+    /// Share of the sector that discs of this diameter cover: most of that of a wire brush.
+    const COVERED_SHARE: f64 = 0.3;
 
-    /// A brush of the radius 0.14 m whose sector is a square of the side (m) that is returned, too.
+    /// Returns a brush of the radius 0.14 m with a square sector, and the side of the sector in m.
     fn settings(ends: Ends, seed: u32) -> (Settings, f64) {
         let mut settings = Settings::paper(10.0, 1e-3);
-        let side = REACH * ((COLUMNS * ROWS) as f64 * 0.125 * TAU / COVERED).sqrt();
+        let side = REACH * ((COLUMNS * ROWS) as f64 * 0.125 * TAU / COVERED_SHARE).sqrt();
         settings.tool.width_m = side;
         settings.tool.filament_count =
             (COLUMNS * ROWS) as f64 * TAU * settings.tool.body_radius_m / side;
@@ -412,9 +411,9 @@ mod tests {
         (settings, side)
     }
 
-    /// Of places on the developed sector, in m: the mean distance of a place to its nearest
-    /// neighbour over the reach, the numbers of pairs within three distances, and the mean distance
-    /// from the middle of the rows over the side.
+    /// Returns statistics of `places` (m) on the developed sector: mean distance to the nearest
+    /// neighbour over the reach, numbers of pairs within three distances, and mean distance from
+    /// the middle of the rows over the side.
     fn statistics(places: &[[f64; 2]], side: f64, is_periodic: bool) -> [f64; 5] {
         let distance = |a: &[f64; 2], b: &[f64; 2]| {
             let [x, z] = [a[0] - b[0], a[1] - b[1]];
@@ -442,7 +441,7 @@ mod tests {
         result
     }
 
-    /// Mean and the square of its standard error.
+    /// Returns a mean and its squared standard error.
     fn mean(values: &[[f64; 5]], of: usize) -> [f64; 2] {
         let count = values.len() as f64;
         let mean = values.iter().map(|value| value[of]).sum::<f64>() / count;
@@ -454,8 +453,8 @@ mod tests {
         [mean, variance / count]
     }
 
-    /// Random roots are uniform over all arrangements without overlap. So are places that are all
-    /// drawn anew until none overlap, which needs no chain, no start and no cells.
+    /// Random roots are uniform over all arrangements without overlap. Rejection sampling has the
+    /// same distribution, and needs no chain, no start and no cells.
     #[test]
     fn random_roots_have_the_statistics_of_hard_discs() {
         const CHAINS: u32 = 600;

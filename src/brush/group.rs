@@ -1,4 +1,4 @@
-//! Filaments side by side in the lanes of one set of equations, and what they meet.
+//! Filaments side by side in the lanes of one set of equations, and their contacts.
 
 use super::candidates::Candidates;
 use super::field::{Changes, FilamentPoint, GroupField, Node, Nodes, wide};
@@ -15,77 +15,75 @@ use crate::workpiece::{Part, Workpiece};
 
 /// A filament that becomes part of a bundle.
 pub struct Member<M> {
-    /// The filament.
+    /// Filament.
     pub filament: Filament<M, Part>,
     /// Times in s between which its contact counts. Before the first one it does not meet the
-    /// workpiece: around a ring, the last filaments begin where the first ones go. From the second
-    /// one on it may be left out.
+    /// workpiece: around a ring, the last filaments begin where the first ones pass. From the
+    /// second one on it may be left out.
     pub contacts: [f64; 2],
-    /// Its coordinates about `z` and its rates at the beginning.
+    /// Coordinates about `z` and rates at the beginning, in rad and rad/s.
     pub start: [Vec<[f64; 2]>; 2],
 }
 
-/// Filaments side by side in lanes. Lanes that are left over repeat the last filament, without
-/// loads.
+/// Filaments side by side in lanes. Unused lanes repeat the last filament, without loads.
 pub struct Group {
-    /// Its number.
+    /// Number of the group.
     pub index: usize,
     pub equations: Equations<Lanes>,
-    /// When the clamps were last evaluated, in s, and their motion then.
+    /// Time of the last evaluation of the clamps in s.
     time: Option<f64>,
     clamp: Clamp<Lanes>,
-    /// The first filament.
+    /// First filament.
     pub first: usize,
-    /// The number of filaments.
+    /// Number of filaments.
     pub count: usize,
-    /// By filament: the forces of the workpiece, and how far it is.
+    /// Forces of the workpiece, by filament.
     pub loads: Vec<WorkpieceLoad>,
     clearances: Vec<Clearance>,
-    /// What its filaments touch.
+    /// Contacts of its filaments.
     met: Vec<Meeting>,
-    /// The weights of the step for which the matrix was factorised, and what the filaments touched.
+    /// Weights of the step and contacts for which the matrix was factorised.
     factorised: Option<([f64; 2], Vec<Meeting>)>,
     changes: Changes,
     pub activity: Activity,
-    /// Largest displacement of a node with the last correction, in m/rad of the accelerations'
-    /// unit.
+    /// Largest change of a node's acceleration by the last correction, in m/s².
     pub largest: f64,
     /// Rate of the momentum of each filament in N, in the last evaluation.
     pub momentum_rate: [Lanes; 3],
 }
 
-/// A contact of a filament. The matrix depends on which there are.
+/// Contact of a filament. The matrix depends on the active set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Meeting {
-    /// With the workpiece: the filament, the number of the contact, and its segment.
+    /// Contact with the workpiece: the filament, the number of the contact, and its segment.
     Workpiece([usize; 3]),
-    /// With another filament: the point, and the segment that it presses on.
+    /// Contact with another filament: the point, and the segment that it presses on.
     Filament((i16, (Node, u64)), Node),
 }
 
-/// What a group needs in an iteration.
+/// Work that a group needs in an iteration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Activity {
     /// Its straight filaments turn rigidly with the body, which solves their equations until
     /// something touches them.
     Sleeping,
-    /// Its filaments have left the workpiece for good, and those behind them, too: they turn with
-    /// the body in the shape that they have, and nothing touches them.
+    /// Its filaments, and those behind them, have left the workpiece for good. They turn with the
+    /// body in their present shape, and nothing touches them.
     Left,
     /// Its equations are solved for this stage.
     Solved,
     /// Its equations are to be solved by themselves.
     Alone,
-    /// The same, together with those of other groups.
+    /// Its equations are to be solved together with those of other groups.
     Coupled,
 }
 
-/// The loads of a group.
+/// Loads of a group.
 struct GroupLoads<'a> {
-    /// By node, from the root.
+    /// Forces in N by node, from the root.
     forces: &'a [[Lanes; 3]],
-    /// For a factorisation.
+    /// Tangents for a factorisation.
     changes: Option<&'a Changes>,
 }
 
@@ -118,44 +116,44 @@ impl NodeLoads<Lanes> for GroupLoads<'_> {
     }
 }
 
-/// What the filaments of a group meet, where they were placed.
+/// Surroundings of the filaments of a group, where they were placed.
 pub struct Surroundings<'a, M> {
     pub filaments: &'a [Filament<M, Part>],
     pub nodes: &'a Nodes,
     pub pressing: &'a Pressing,
     pub candidates: &'a Candidates,
     pub time: f64,
-    /// Whether there is friction, whose tangents change from iteration to iteration.
+    /// `true` if there is friction, whose tangents change from iteration to iteration.
     pub has_friction: bool,
     /// `true` if filaments that are surely clear of the workpiece are not compared with it.
     pub has_bounds: bool,
 }
 
-/// The force of the workpiece on one filament.
+/// Force of the workpiece on one filament.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct WorkpieceLoad {
-    /// Of all contacts.
+    /// Sum of all contacts.
     pub sum: ContactSum,
     /// Power of a moving workpiece in W.
     pub moving_power: f64,
     /// Energy stored in J.
     pub energy: f64,
-    /// The deepest penetration of its possible contacts in m; negative where there is none. Not
-    /// known far from the workpiece: minus infinity.
+    /// Deepest penetration of its possible contacts in m; negative without contact. Far from the
+    /// workpiece it is not known: minus infinity.
     pub pressing: f64,
-    /// The deepest penetration of a contact that presses, in m.
+    /// Deepest penetration of a contact that presses, in m.
     pub penetration: f64,
-    /// Number of outer nodes among which are all that press on a face.
+    /// Number of outer nodes that include all nodes pressing on a face.
     pub contact_nodes: usize,
-    /// The deepest penetration of an edge in m.
+    /// Deepest penetration of an edge in m.
     pub edge_penetration: f64,
-    /// The edge that is worked on most.
+    /// Edge with the largest sliding power.
     pub worked: Option<WorkedEdge>,
 }
 
 impl WorkpieceLoad {
-    /// Far from the workpiece.
+    /// Returns the load far from the workpiece.
     pub fn none() -> Self {
         Self {
             pressing: f64::NEG_INFINITY,
@@ -164,45 +162,45 @@ impl WorkpieceLoad {
     }
 }
 
-/// Where and how much an edge is worked on.
+/// Place and power of the work on an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct WorkedEdge {
-    /// Its index.
+    /// Index of the edge.
     pub edge: usize,
-    /// The place on it, from 0 to 1.
+    /// Place on the edge, from 0 to 1.
     pub place: f64,
-    /// `F_n |v_t|` there in W.
+    /// Sliding power `F_n |v_t|` in W.
     pub power: f64,
 }
 
-/// How far a filament is from the workpiece.
+/// Distance of a filament from the workpiece.
 #[derive(Clone, Copy, Debug)]
 struct Clearance {
-    /// How fast it can go relative to the workpiece in m/s, if it turns with the body; infinite
-    /// where a workpiece does not only translate.
+    /// Largest speed relative to the workpiece in m/s, if the filament turns with the body;
+    /// infinite for a workpiece that does not only translate.
     speed: f64,
     /// Velocity of the workpiece in m/s.
     workpiece_velocity: [f64; 3],
     /// See [`Member::contacts`].
     contacts: [f64; 2],
-    /// When it was last looked at, in s.
+    /// Time of the last comparison in s.
     time: f64,
-    /// How far its nodes had then gone relative to the body, in m.
+    /// Path of its nodes relative to the body at that time, in m.
     way: f64,
-    /// The distance of the nearest node in m.
+    /// Distance of the nearest node at that time, in m.
     gap: f64,
-    /// Filaments that are nearer than this to the workpiece are always compared with it, in m: when
-    /// their contact begins is found from how near they were before.
+    /// Distance in m below which the filament is always compared with the workpiece: the beginning
+    /// of a contact is found from the distance before it.
     noticed: f64,
 }
 
 impl Clearance {
-    /// Distance at which filaments are noticed, as a share of their length: the path of the tip in
-    /// five of the longest steps.
-    const NOTICED: f64 = 0.025;
+    /// Distance below which filaments are always compared, as a share of their length: the path of
+    /// the tip in five of the longest steps.
+    const COMPARED_SHARE: f64 = 0.025;
 
-    /// Unknown.
+    /// Creates an unknown clearance.
     fn new<M: ClampMotion>(
         Member {
             filament, contacts, ..
@@ -232,22 +230,22 @@ impl Clearance {
             time: 0.0,
             way: 0.0,
             gap: f64::NEG_INFINITY,
-            noticed: Self::NOTICED * length,
+            noticed: Self::COMPARED_SHARE * length,
         }
     }
 
-    /// `true` if the filament does not meet the workpiece yet at `time` (s).
+    /// Returns `true` if the filament does not meet the workpiece yet at `time` (s).
     fn is_early(&self, time: f64) -> bool {
         time < self.contacts[0]
     }
 
-    /// Lower bound of the distance in m at `time` (s), where the filament has gone `way` (m).
+    /// Returns a lower bound of the distance in m at `time` (s), after a path of `way` (m).
     fn bound(&self, time: f64, way: f64) -> f64 {
         self.gap - (way - self.way) - self.speed * (time - self.time).abs()
     }
 }
 
-/// What all filaments have together, and what they exchange with their surroundings.
+/// Energy and momentum of all filaments, and their exchange with the surroundings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Budget {
@@ -255,7 +253,7 @@ pub struct Budget {
     pub energy: f64,
     /// Momentum of the filaments in N s.
     pub momentum: [f64; 3],
-    /// What goes in and out.
+    /// Exchange with the surroundings.
     pub exchange: Exchange,
 }
 
@@ -277,22 +275,22 @@ impl Budget {
     }
 }
 
-/// What filaments exchange with their surroundings at one instant.
+/// Exchange of filaments with their surroundings at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Exchange {
     /// Power of the clamps and of a moving workpiece in W.
     pub work: f64,
-    /// Power that joints and contacts take, in W.
+    /// Power that joints and contacts dissipate, in W.
     pub taken: f64,
-    /// Force of clamps, workpiece and gravity in N. What filaments do to each other is not in it.
+    /// Force of clamps, workpiece and gravity in N, without forces between filaments.
     pub force: [f64; 3],
-    /// The sum of the magnitudes of the forces of the workpiece in N.
+    /// Sum of the magnitudes of the forces of the workpiece in N.
     pub strength: f64,
 }
 
 impl Group {
-    /// The group of the number `index`, on a body that turns at `rate` (rad/s).
+    /// Creates the group of the number `index`, on a body that turns at `rate` (rad/s).
     pub fn new<M: ClampMotion>(
         index: usize,
         form: Form,
@@ -328,18 +326,18 @@ impl Group {
         self.factorised = None;
     }
 
-    /// `true` if its motion is not computed: it turns with the body.
+    /// Returns `true` if its motion is not computed: it turns with the body.
     pub fn is_asleep(&self) -> bool {
         matches!(self.activity, Activity::Sleeping | Activity::Left)
     }
 
-    /// `true` if its equations are still to be solved for this stage.
+    /// Returns `true` if its equations are still to be solved for this stage.
     pub fn is_open(&self) -> bool {
         matches!(self.activity, Activity::Alone | Activity::Coupled)
     }
 
-    /// `true` if all its filaments, which turn with the body, stay clear of the workpiece until
-    /// `time` (s).
+    /// Returns `true` if all its filaments, which turn with the body, stay clear of the workpiece
+    /// until `time` (s).
     pub fn is_clear(&self, candidates: &Candidates, time: f64) -> bool {
         let mut clearances = self.clearances.iter().enumerate();
         clearances.all(|(lane, clearance)| {
@@ -348,9 +346,9 @@ impl Group {
         })
     }
 
-    /// Whether the contacts of all its filaments no longer count at `time` (s), and none reaches
-    /// the workpiece then, or did so before a body at `rate` (rad/s) turned on by the length of the
-    /// filament: what is farther behind does not touch it.
+    /// Returns `true` if its contacts no longer count at `time` (s), and no filament reaches the
+    /// workpiece. Nor may one have done so a filament's length earlier, on a body at `rate`
+    /// (rad/s): filaments farther behind then do not touch it.
     pub fn is_past<M: ClampMotion>(
         &self,
         filaments: &[Filament<M, Part>],
@@ -376,7 +374,7 @@ impl Group {
             })
     }
 
-    /// Puts its nodes where the coordinates are.
+    /// Places its nodes by the coordinates.
     pub fn place<M: ClampMotion>(
         &mut self,
         filaments: &[Filament<M, Part>],
@@ -401,7 +399,7 @@ impl Group {
         }
     }
 
-    /// `q̈` under the `forces` on the nodes.
+    /// Computes `q̈` under the `forces` on the nodes.
     pub fn accelerations(
         &mut self,
         [q, v]: [&gmres::GroupPart; 2],
@@ -496,7 +494,8 @@ impl Group {
         }
     }
 
-    /// Forces of the workpiece on each filament, and how deep it presses in m, where it was placed.
+    /// Returns the forces of the workpiece on each placed filament, and its deepest penetration in
+    /// m.
     pub fn contacts<M: ClampMotion>(
         &self,
         around: &Surroundings<'_, M>,
@@ -516,9 +515,9 @@ impl Group {
         })
     }
 
-    /// Computes the residual, and factorises the matrix if the filaments have other contacts than
-    /// those for which this was done before. Solves the equations of a group that is alone. Returns
-    /// whether it factorised.
+    /// Computes the residual. Factorises the matrix if the active set or the weights have changed,
+    /// or if contacts have friction. Solves the equations of a group that is alone. Returns `true`
+    /// if it factorised.
     pub fn linearise<M: ClampMotion>(
         &mut self,
         around: &Surroundings<'_, M>,
@@ -543,7 +542,7 @@ impl Group {
         is_stale
     }
 
-    /// The residual with the `forces` on the nodes.
+    /// Computes the residual with the `forces` on the nodes.
     pub fn residual(
         &mut self,
         [q, v, accelerations]: [&gmres::GroupPart; 3],
@@ -576,7 +575,7 @@ impl Group {
         );
     }
 
-    /// What its filaments have and exchange, once the residual was computed with the `forces` on
+    /// Returns the budget of its filaments, once the residual was computed with the `forces` on
     /// nodes. The clamps hold the roots.
     pub fn budget<M>(
         &mut self,
@@ -661,7 +660,7 @@ impl Group {
         met.clone_from(&self.met);
     }
 
-    /// How the forces of the workpiece on the filaments change with their motion.
+    /// Adds the tangents of the forces of the workpiece on the filaments.
     fn add_workpiece_changes<M: ClampMotion>(
         &mut self,
         around: &Surroundings<'_, M>,
@@ -694,14 +693,14 @@ impl Group {
         }
     }
 
-    /// Displacements of all nodes with a change of the coordinates.
+    /// Computes the displacements of all nodes by a change of the coordinates.
     pub fn displace(&mut self, change: &gmres::GroupPart, displacements: &mut [[Lanes; 3]]) {
         self.equations
             .displacements(change, &mut displacements[1..]);
     }
 
-    /// Takes the corrections off the accelerations. If the group is alone and the velocities of its
-    /// nodes change by less than `tolerance` (m/s) with them, it is solved.
+    /// Subtracts the corrections from the accelerations. A group that is alone is solved if they
+    /// change the velocities of its nodes by at most `tolerance` (m/s).
     pub fn correct(
         &mut self,
         corrections: &gmres::GroupPart,
@@ -735,7 +734,7 @@ impl Group {
     }
 }
 
-/// The larger one, or one that is not a number.
+/// Returns the maximum, which is NaN if either is.
 pub fn larger(a: f64, b: f64) -> f64 {
-    if b <= a { a } else { b }
+    if b <= a || a.is_nan() { a } else { b }
 }

@@ -1,10 +1,11 @@
-//! What sectors of a brush are made from, and when their motion begins.
+//! Construction of sectors of a brush, and start of their motion.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::arrangement::{Arrangement, Root};
 use super::bundle::Bundle;
 use super::candidates::Layout;
+use super::error::BrushError;
 use super::filaments::{self, ToolFilament};
 use super::group::Member;
 use super::presses::PressLaw;
@@ -13,24 +14,27 @@ use super::settle::{self, Pose};
 use super::shortcuts::Shortcuts;
 use crate::equations::linear::{add, scale};
 use crate::model::settings::{Settings, Turns};
-use crate::simulation::{Form, Pass};
+use crate::simulation::{Form, IntegrationError, Pass, SimulationError};
 use crate::tool::{ClampMotion, Tool, Turning};
 
-/// When the motion begins, in s: before any filament touches the workpiece. Filaments are
-/// undeformed, unless `settled` has their coordinates when the tool is at the angle zero.
+/// Returns the start of the motion in s, before any filament touches the workpiece. Filaments are
+/// undeformed, unless `settled` has their coordinates at the tool angle zero.
+///
+/// # Errors
+/// If a filament touches the workpiece wherever the tool begins.
 pub(super) fn begin(
     pass: &Pass,
     arrangement: &Arrangement,
     own: &[Settings],
     settled: &dyn Fn(usize) -> Option<Vec<[f64; 2]>>,
-) -> f64 {
-    /// Angle by which to begin earlier, in rad, and how many times at most.
-    const EARLIER: f64 = 5e-3;
-    const MOST: i32 = 200;
-    /// Roots farther behind cannot touch so early, in rad.
-    const FIRST: f64 = FRAC_PI_2;
+) -> Result<f64, BrushError> {
+    /// Angle of a step back in rad, and the largest number of such steps.
+    const STEP_BACK: f64 = 5e-3;
+    const MAX_STEPS_BACK: i32 = 200;
+    /// Angle of a root in rad beyond which its filament cannot touch so early.
+    const MAX_FIRST_ANGLE: f64 = FRAC_PI_2;
     let rate = pass.tool().rate;
-    let is_first = |(_, root): &(usize, &Root)| root.angle < FIRST;
+    let is_first = |(_, root): &(usize, &Root)| root.angle < MAX_FIRST_ANGLE;
     let first = arrangement
         .roots
         .iter()
@@ -65,29 +69,30 @@ pub(super) fn begin(
             pressing > 0.0
         })
     };
-    let times = (0..MOST).map(|step| -f64::from(step) * EARLIER / rate);
+    let times = (0..MAX_STEPS_BACK).map(|step| -f64::from(step) * STEP_BACK / rate);
     let is_free = |time: &f64| !first.iter().any(|filament| touches(filament, *time));
-    times.clone().find(is_free).unwrap_or(0.0)
+    let free = times.clone().find(is_free);
+    free.ok_or_else(|| SimulationError::from(IntegrationError::NotFree).into())
 }
 
-/// What sectors are made from.
+/// Data from which sectors are made.
 pub(super) struct Plan<'a> {
     pub settings: &'a Settings,
     pub pass: &'a Pass,
     pub arrangement: &'a Arrangement,
-    /// The settings of each filament.
+    /// Settings of each filament.
     pub own: &'a [Settings],
     pub form: Form,
     /// Number of contact points of a segment.
     pub points: usize,
-    /// When the motion begins, in s.
+    /// Start of the motion in s.
     pub begin: f64,
     pub accuracy: Accuracy,
     pub shortcuts: Shortcuts,
 }
 
 impl Plan<'_> {
-    /// A sector of some filaments, by their numbers in the arrangement: undeformed, unless they
+    /// Creates a sector of filaments by their numbers in the arrangement: undeformed, unless they
     /// have poses.
     pub fn sector(&self, members: &[usize], poses: Option<&[Pose]>) -> Sector {
         let Self {
@@ -120,8 +125,8 @@ impl Plan<'_> {
                 .map(|&member| (&arrangement.roots[member], &own[member]))
         };
         let timetables: Vec<Timetable> = roots().map(|(root, _)| timetable(root)).collect();
-        // Around the tool the first columns follow the last ones, which meet those that come to the
-        // workpiece before the end.
+        // Around the tool, the last columns meet those of the first ones behind them that come to
+        // the workpiece before the end.
         let behind = settings.filament.length_m / settings.tool_radius_m();
         let nearest = arrangement.latest() + rate * pass.end_time() + behind;
         let stays = |root: &Root| pass.turns() != Turns::Count(1) || TAU + root.angle < nearest;
@@ -160,7 +165,7 @@ impl Plan<'_> {
             .iter()
             .map(|member| member.filament.chain.length)
             .collect();
-        // In its plane a row does not meet its images.
+        // In its plane, a row does not meet its periodic images.
         let period = if form == Form::Planar {
             None
         } else {

@@ -22,14 +22,14 @@ use crate::model::settings::{BrushSettings, Hold, Settings, Turns};
 use crate::model::trim::differ;
 use crate::simulation::{Form, Pass, Sampling, Stop, are_steady};
 
-/// How a brush is simulated. Results do not depend on it, except for the frames that it requests.
+/// Options of a simulation. Results do not depend on them, except for the frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RunOptions {
     /// Number of threads.
     pub threads: usize,
-    /// Number of frames, at most; fewer of large sectors.
+    /// Largest number of frames; large sectors have fewer.
     pub frames: usize,
-    /// The memory that may be used, in bytes.
+    /// Memory that may be used, in bytes.
     pub memory: Option<u64>,
     /// Shortcuts, for tests that switch them off.
     pub shortcuts: Shortcuts,
@@ -46,30 +46,31 @@ impl Default for RunOptions {
     }
 }
 
-/// Path of the tips in the longest step, as a share of the shorter one of the filament and the
-/// nominal contact: fast filaments bounce on short contacts. Longer steps would save no time, since
-/// they take more iterations of Newton's method.
-const LONGEST_STEP: f64 = 5e-3;
-/// Longest steps between two samples of the history: a sample lies in the step that ends behind it.
-const SAMPLE_STEPS: f64 = 1.25;
+/// Path of the tips in the longest step, over the shorter of filament and nominal contact: fast
+/// filaments bounce on short contacts. Longer steps would save no time, since they take more
+/// iterations of Newton's method.
+const MAX_STEP_SHARE: f64 = 5e-3;
+/// Time between two samples of the history in longest steps. A sample lies in the step that ends
+/// behind it.
+const STEPS_PER_SAMPLE: f64 = 1.25;
 /// Samples between two states that can be restored.
-const STRIDE: usize = 32;
+const CHECKPOINT_STRIDE: usize = 32;
 /// Error of the impulse that a step may add, as a multiple of the tolerance. Estimates are bounds:
 /// true errors are 5 to 50 times smaller (docs/methods.md).
 const ERROR_BOUND: f64 = 3.0;
 /// Largest last correction of Newton's method, as a share of the tolerance of a step.
 const NEWTON_SHARE: f64 = 0.1;
-/// Impulse of a filament that alone does not touch, as a share of its momentum.
+/// Assumed impulse of a filament that alone does not touch, as a share of its momentum.
 const GRAZING_IMPULSE: f64 = 1e-3;
-/// A local error estimate does not see that a motion amplifies errors, as that of few filaments may
-/// that throw each other about, or vibrate from turn to turn. A brush of up to this number of
-/// filaments takes little time. It is simulated twice, the second time at this share of its
-/// tolerance, and the change is part of its error estimate.
-const CHECKED_FILAMENTS: usize = 40;
+/// Largest brush, in filaments, that is simulated twice, as this takes little time. The second
+/// time, its tolerance has the share `CHECKED_TOLERANCE`; the change is part of the error estimate.
+/// Local error estimates do not see that a motion amplifies errors. Few filaments may: they throw
+/// each other about, or vibrate from turn to turn.
+const MAX_CHECKED_FILAMENTS: usize = 40;
 const CHECKED_TOLERANCE: f64 = 0.25;
 
-/// Nodes in all frames together, at most.
-const MOST_NODES: usize = 1_000_000;
+/// Largest number of nodes in all frames together.
+const MAX_FRAME_NODES: usize = 1_000_000;
 
 /// A brush on its way over the workpiece.
 pub struct BrushRun {
@@ -78,12 +79,12 @@ pub struct BrushRun {
     pass: Pass,
     arrangement: Arrangement,
     sectors: Vec<(Group, Sector)>,
-    /// By filament: the number of its sector, and of the filament in it that it is like.
+    /// Sector of each filament, and the number of the filament in it that is like it.
     places: Vec<[usize; 2]>,
     options: RunOptions,
     team: Team,
     begin: f64,
-    /// The expected end in s.
+    /// Expected end in s.
     end: f64,
     tolerance: f64,
     /// Impulse of one filament alone in N s, once it is known.
@@ -93,31 +94,32 @@ pub struct BrushRun {
     form: Form,
     /// Number of contact points of a segment.
     points: usize,
-    /// The settings of each filament.
+    /// Settings of each filament.
     own: Vec<Settings>,
-    /// What is left to do before the motion begins, where undeformed filaments are in each other,
-    /// and the steps that it was expected to need.
+    /// Settling before the motion begins, if undeformed filaments overlap, and its expected number
+    /// of steps.
     settling: Option<Settling>,
     settling_steps: usize,
-    /// The time between two samples of the history in s.
+    /// Time between two samples of the history in s.
     interval: f64,
-    /// The number of columns that are followed to the end of their contact.
+    /// Number of columns that are followed to the end of their contact.
     followed: usize,
-    /// Whether it ends once its stretch has settled, and whether it has.
+    /// `true` if the run ends once its stretch has settled, and `true` once it has.
     ends_when_settled: bool,
     has_settled: bool,
-    /// Samples taken, and those up to the expected end.
+    /// Numbers of samples taken, and up to the expected end.
     done: usize,
     samples: usize,
-    /// Samples up to a turn later, in which a brush that still touches at the end must come free.
+    /// Number of samples up to a turn later: by then, a brush that still touches at the end is
+    /// free.
     max_samples: usize,
     history: Vec<ToolSample>,
     frames: Vec<Frame>,
     stop: Stop,
 }
 
-/// The state of a [`BrushRun`], from which it can go on. With the feature `serde` it can be
-/// written, with every bit.
+/// State of a [`BrushRun`] to resume from. With the feature `serde` it can be written, with every
+/// bit.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Checkpoint {
@@ -127,7 +129,7 @@ pub struct Checkpoint {
     reached: Reached,
 }
 
-/// How far a brush has come.
+/// Progress of a brush.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Reached {
@@ -137,7 +139,7 @@ enum Reached {
     Moving(Moving),
 }
 
-/// A brush on its way, as [`BrushRun`] has it.
+/// State of a [`BrushRun`] on its way.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Moving {
@@ -153,19 +155,19 @@ struct Moving {
 struct Draft {
     pass: Pass,
     arrangement: Arrangement,
-    /// Whether no filament leaves its plane of rotation or touches one in another plane.
+    /// `true` if no filament leaves its plane of rotation or touches one in another plane.
     is_planar: bool,
-    /// Whether it ends once its stretch has settled, rather than after a number of columns.
+    /// `true` if the run ends once its stretch has settled, not after a number of columns.
     ends_when_settled: bool,
     /// Number of contact points of a segment.
     points: usize,
-    /// Memory that its simulation needs at most, in bytes, without frames.
+    /// Upper bound of the memory of the simulation in bytes, without frames.
     memory: u64,
 }
 
 impl Draft {
-    /// The sector that `settings` state, with another number of columns if one is given. It may
-    /// need `memory` (bytes).
+    /// Drafts the sector that `settings` state, with another number of columns if one is given. It
+    /// may need `memory` (bytes).
     fn new(
         settings: &Settings,
         columns: Option<usize>,
@@ -202,8 +204,7 @@ impl Draft {
             |columns: usize| memory_estimate(columns.saturating_mul(distinct), n, points);
         let columns = columns.or(brush.columns).unwrap_or_else(|| {
             let expected = stretch::default_columns(settings, &pass, rows);
-            // Columns that are not needed rest, which costs little. They are far from closing the
-            // ring.
+            // Unneeded columns sleep, which costs little. They are far from closing the ring.
             let around = settings.tool.filament_count / rows as f64;
             let is_possible = |columns: &usize| {
                 2.0 * *columns as f64 <= around
@@ -237,9 +238,9 @@ impl Draft {
     }
 }
 
-/// Checks that the filaments of the brush that `settings` state can be arranged, without simulating
-/// them, and that the simulation needs at most `memory` (bytes). Returns the memory that it needs
-/// at most, in bytes, without frames.
+/// Checks that the filaments of the brush that `settings` state can be arranged, and that the
+/// simulation needs at most `memory` (bytes), without simulating it. Returns an upper bound of the
+/// memory in bytes, without frames.
 ///
 /// # Errors
 /// Those of [`BrushRun::new`].
@@ -251,10 +252,10 @@ pub fn check_brush(settings: &Settings, memory: Option<u64>) -> Result<u64, Brus
 }
 
 impl BrushRun {
-    /// The brush that `settings` state, before its first contact.
+    /// Creates the brush that `settings` state, before its first contact.
     ///
     /// # Errors
-    /// If there is no such brush, or if the simulation needs more memory than it may.
+    /// If there is no such brush, or if the simulation needs more memory than allowed.
     ///
     /// # Panics
     /// If the settings fail [`Settings::check`].
@@ -263,8 +264,8 @@ impl BrushRun {
         Self::of_columns(settings, options, None, tolerance)
     }
 
-    /// The brush with another number of columns than that which the settings state, or the default,
-    /// at another tolerance.
+    /// Creates the brush with `columns` columns, else those of the settings or the default, at
+    /// `tolerance`.
     fn of_columns(
         settings: &Settings,
         options: RunOptions,
@@ -294,7 +295,7 @@ impl BrushRun {
         } else {
             Form::Spatial
         };
-        let begin = begin(&pass, &arrangement, &own, &|_| None);
+        let begin = begin(&pass, &arrangement, &own, &|_| None)?;
         let team = Team::new(
             options.threads,
             groups
@@ -323,7 +324,7 @@ impl BrushRun {
             team: team.map_err(|_| BrushError::Threads)?,
             begin,
             end: begin,
-            interval: SAMPLE_STEPS * longest_step(settings, &pass),
+            interval: STEPS_PER_SAMPLE * longest_step(settings, &pass),
             tolerance,
             impulse_alone: None,
             checked: None,
@@ -346,7 +347,7 @@ impl BrushRun {
         run.begin_at(begin);
         let sector = |group: &Group| run.plan(&run.own).sector(&group.members, None);
         let sectors: Vec<Sector> = groups.iter().map(sector).collect();
-        // Filaments that undeformed are in each other settle first.
+        // Filaments that overlap when undeformed settle first.
         if sectors
             .iter()
             .any(|sector| sector.bundle().presses().next().is_some())
@@ -359,7 +360,7 @@ impl BrushRun {
         Ok(run)
     }
 
-    /// What its sectors are made from, with filaments that have settings of their `own`.
+    /// Returns the plan of its sectors, with filaments that have settings of their `own`.
     fn plan<'a>(&'a self, own: &'a [Settings]) -> Plan<'a> {
         Plan {
             settings: &self.settings,
@@ -369,12 +370,12 @@ impl BrushRun {
             form: self.form,
             points: self.points,
             begin: self.begin,
-            accuracy: self.accuracy(self.interval / SAMPLE_STEPS),
+            accuracy: self.accuracy(self.interval / STEPS_PER_SAMPLE),
             shortcuts: self.options.shortcuts,
         }
     }
 
-    /// Accuracy of steps that are not longer than `longest` (s).
+    /// Returns the accuracy of steps of at most `longest` (s).
     fn accuracy(&self, longest: f64) -> Accuracy {
         Accuracy {
             newton: NEWTON_SHARE * self.tolerance * self.settings.process.brushing_velocity_m_s,
@@ -382,8 +383,8 @@ impl BrushRun {
         }
     }
 
-    /// Allows each sector its share of the error: the tolerance of the impulse that its filaments
-    /// are expected to have, which is that of filaments alone.
+    /// Sets the error rate of each sector by the tolerance and the expected impulse of its
+    /// filaments: that of filaments alone.
     ///
     /// # Errors
     /// If a filament alone cannot be simulated.
@@ -405,7 +406,7 @@ impl BrushRun {
         Ok(())
     }
 
-    /// The impulse in N s of a filament alone.
+    /// Returns the impulse in N s of a filament alone.
     ///
     /// # Errors
     /// If it cannot be simulated.
@@ -420,13 +421,13 @@ impl BrushRun {
         Ok(GRAZING_IMPULSE * mass * self.settings.process.brushing_velocity_m_s)
     }
 
-    /// `true` if the brush is simulated a second time at a smaller tolerance.
+    /// Returns `true` if the brush is simulated a second time at a smaller tolerance.
     fn is_checked(&self) -> bool {
         let solved = self.sectors.iter().map(|(group, _)| group.members.len());
-        solved.sum::<usize>() <= CHECKED_FILAMENTS
+        solved.sum::<usize>() <= MAX_CHECKED_FILAMENTS
     }
 
-    /// Begins at a time (s), and ends where the filaments that are followed have passed.
+    /// Sets the start to `begin` (s), and the end to where the followed filaments have passed.
     fn begin_at(&mut self, begin: f64) {
         let rate = self.pass.tool().rate;
         let end = self.pass.end_time() + self.arrangement.latest_of(self.followed) / rate;
@@ -436,7 +437,7 @@ impl BrushRun {
         self.max_samples = self.samples + (TAU / rate / self.interval).ceil() as usize;
     }
 
-    /// The time of a sample in s. The last one is at the expected end.
+    /// Returns the time of a sample in s. The last one is at the expected end.
     fn sample_time(&self, sample: usize) -> f64 {
         if sample == self.samples {
             self.end
@@ -445,8 +446,7 @@ impl BrushRun {
         }
     }
 
-    /// What is left to do before the motion begins, if undeformed filaments are in each other in
-    /// these `sectors`.
+    /// Prepares settling, as undeformed filaments overlap in these `sectors`.
     fn settling(&self, groups: &[Group], sectors: &[Sector]) -> Settling {
         let n = self.settings.filament.segments;
         let common = vec![self.settings.clone(); self.own.len()];
@@ -454,7 +454,7 @@ impl BrushRun {
             .iter()
             .map(|group| self.plan(&common).sector(&group.members, None))
             .collect();
-        // How far tips are from where they would be without deviations of their own.
+        // Distance of tips from where they would be without deviations of their own.
         let way = |(regular, sector): (&Sector, &Sector)| {
             let tips = (0..sector.bundle().filaments().len()).map(|index| {
                 let [a, b] = [regular, sector].map(|sector| sector.bundle().node(index, n));
@@ -471,7 +471,8 @@ impl BrushRun {
         )
     }
 
-    /// Lets filaments settle for a rung. The motion begins with their pose once they are at rest.
+    /// Lets filaments settle for a load increment. The motion begins with their pose once they are
+    /// at rest.
     fn settle(&mut self, mut settling: Settling) -> Result<(), BrushError> {
         let calm = Settling::calm(&self.settings);
         let grown: Vec<Settings> = self
@@ -479,7 +480,7 @@ impl BrushRun {
             .iter()
             .map(|own| settling.grown(&calm, own))
             .collect();
-        let start = self.begin - settle::STEPS as f64 * settling.length;
+        let start = self.begin - settle::STEPS_PER_RUNG as f64 * settling.length;
         let plan = Plan {
             settings: &calm,
             begin: start,
@@ -494,10 +495,10 @@ impl BrushRun {
             .iter_mut()
             .zip(sectors)
             .for_each(|((_, sector), calm)| *sector = calm);
-        let times: Vec<f64> = (1..=settle::STEPS)
+        let times: Vec<f64> = (1..=settle::STEPS_PER_RUNG)
             .map(|step| start + step as f64 * settling.length)
             .collect();
-        self.advance_sectors(&times, times[settle::STEPS - 1])?;
+        self.advance_sectors(&times, times[settle::STEPS_PER_RUNG - 1])?;
         let poses = self
             .sectors
             .iter()
@@ -523,7 +524,7 @@ impl BrushRun {
             let [q, _] = settle::coordinates(&settling.poses[number][index], 0.0);
             Some(q)
         };
-        self.begin_at(begin(&self.pass, &self.arrangement, &self.own, &pose));
+        self.begin_at(begin(&self.pass, &self.arrangement, &self.own, &pose)?);
         let plan = self.plan(&self.own);
         let sectors = self.sectors.iter().enumerate();
         let sectors: Vec<Sector> = sectors
@@ -536,8 +537,8 @@ impl BrushRun {
         Ok(())
     }
 
-    /// The same brush, which ends early with [`BrushError::Stopped`] once `stop` is requested. It
-    /// cannot go on then, and has no state to resume from.
+    /// Ends the run early with [`BrushError::Stopped`] once `stop` is requested. The run cannot go
+    /// on then, and has no state to resume from.
     #[must_use]
     pub fn until(self, stop: &Stop) -> Self {
         Self {
@@ -547,20 +548,21 @@ impl BrushRun {
         }
     }
 
-    /// Number of columns of the brush.
+    /// Returns the number of columns of the brush.
     pub fn columns(&self) -> usize {
         self.arrangement.columns
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         self.arrangement.rows
     }
 
-    /// The share of the time that is done, from 0 to 1.
+    /// Returns the share of the time that is done, from 0 to 1.
     pub fn done(&self) -> f64 {
-        /// Share of a simulation whose result is checked: steps get shorter with the tolerance.
-        const FIRST: f64 = 0.4;
+        /// Share of the first simulation if the result is checked: steps get shorter with the
+        /// tolerance.
+        const FIRST_SHARE: f64 = 0.4;
         let settled = self
             .settling
             .as_ref()
@@ -569,12 +571,12 @@ impl BrushRun {
         let done = ((settled + self.done) as f64 / all as f64).min(1.0);
         match (self.is_checked(), &self.checked) {
             (false, _) => done,
-            (true, None) => FIRST * done,
-            (true, Some(_)) => FIRST + (1.0 - FIRST) * done,
+            (true, None) => FIRST_SHARE * done,
+            (true, Some(_)) => FIRST_SHARE + (1.0 - FIRST_SHARE) * done,
         }
     }
 
-    /// Goes on for some steps. Returns false at the end.
+    /// Advances by some steps. Returns `false` at the end.
     ///
     /// # Errors
     /// If a step is not possible.
@@ -596,7 +598,7 @@ impl BrushRun {
                 .end_of_turn(self.turn_impulses().len() + 1)
                 .min(self.samples),
         };
-        let to = ((self.done / STRIDE + 1) * STRIDE).min(end);
+        let to = ((self.done / CHECKPOINT_STRIDE + 1) * CHECKPOINT_STRIDE).min(end);
         if self.done >= to {
             return self.begin_anew();
         }
@@ -615,14 +617,14 @@ impl BrushRun {
         Ok(true)
     }
 
-    /// Follows another group of columns to the end of their contact, as far as there are more that
-    /// may count.
+    /// Follows another group of columns that may count to the end of their contact, if there are
+    /// more.
     fn follow_more(&mut self) {
         self.followed = (self.followed + LANES).min(self.may_count());
         self.begin_at(self.begin);
     }
 
-    /// Looks whether the stretch of the columns that have passed has settled.
+    /// Checks whether the stretch of the columns that have passed has settled.
     fn look_whether_settled(&mut self) {
         if !self.ends_when_settled {
             return;
@@ -634,7 +636,7 @@ impl BrushRun {
         }
     }
 
-    /// The number of columns, from the first one, that may count.
+    /// Returns the number of columns, from the first one, that may count.
     fn may_count(&self) -> usize {
         match self.has_settled {
             true => self.followed,
@@ -642,7 +644,7 @@ impl BrushRun {
         }
     }
 
-    /// The number of columns, from the first one, that have passed the workpiece.
+    /// Returns the number of columns, from the first one, that have passed the workpiece.
     fn passed(&self) -> usize {
         let time = self.sample_time(self.done);
         let is_on_its_way = |(root, &[number, index]): (&Root, &[usize; 2])| {
@@ -660,7 +662,7 @@ impl BrushRun {
         })
     }
 
-    /// Goes on to a sample.
+    /// Advances to a sample.
     fn advance_to(&mut self, to: usize) -> Result<(), BrushError> {
         let times: Vec<f64> = (self.done + 1..=to)
             .map(|sample| self.sample_time(sample))
@@ -676,8 +678,8 @@ impl BrushRun {
         Ok(())
     }
 
-    /// Lets all sectors go on to some `times` (s), but not beyond `end` (s), and returns the forces
-    /// at each.
+    /// Advances all sectors to some `times` (s), but not beyond `end` (s). Returns the forces at
+    /// each.
     fn advance_sectors(&mut self, times: &[f64], end: f64) -> Result<Vec<ToolSample>, BrushError> {
         let stop = &self.stop;
         let advance = |(_, sector): &mut (Group, Sector)| -> Result<Vec<ToolSample>, _> {
@@ -717,9 +719,8 @@ impl BrushRun {
         Ok(sum)
     }
 
-    /// Begins anew at the end: with more columns if there are too few for a steady stretch and the
-    /// settings do not state how many, or at a smaller tolerance to check the result. Returns false
-    /// otherwise.
+    /// Restarts the run: with more columns if a steady stretch needs them and the settings state no
+    /// number, or at a smaller tolerance to check the result. Returns `false` otherwise.
     fn begin_anew(&mut self) -> Result<bool, BrushError> {
         let begins = |columns, tolerance| -> Result<Self, BrushError> {
             let run = Self::of_columns(&self.settings, self.options, Some(columns), tolerance)?;
@@ -743,8 +744,8 @@ impl BrushRun {
         Ok(true)
     }
 
-    /// Impulses of the filaments that are followed to the end of their contact, in N s, in all turns
-    /// together, column by column.
+    /// Returns the impulses of the followed filaments in N s, in all turns together, column by
+    /// column.
     fn followed_impulses(&self) -> Vec<f64> {
         let impulse = |(_, &[number, index]): (&Root, &[usize; 2])| {
             self.sectors[number].1.accounts()[index].total_impulse()
@@ -758,9 +759,9 @@ impl BrushRun {
             .collect()
     }
 
-    /// Error estimate of the mean impulse, over it: that of the steps, or the change with the
-    /// tolerance where that is larger. Where filaments throw each other about, the sum may agree by
-    /// chance: at least, changes of single filaments count as random ones.
+    /// Returns the relative error estimate of the mean impulse: that of the steps, or the change
+    /// with the tolerance if it is larger. Where filaments throw each other about, the sum may
+    /// agree by chance: changes of single filaments count at least as random ones.
     fn step_error(&self) -> f64 {
         let share = |value: f64, whole: f64| if whole > 0.0 { value / whole } else { 0.0 };
         let [mut error, mut impulse] = [0.0; 2];
@@ -774,7 +775,7 @@ impl BrushRun {
                     .map(Account::total_impulse)
                     .sum::<f64>();
         }
-        // Columns that only one of both has followed cannot be compared.
+        // Columns that only one of both runs has followed cannot be compared.
         let [mut sum, mut squares, mut compared] = [0.0; 3];
         for (before, now) in self.checked.iter().flatten().zip(self.followed_impulses()) {
             sum += now - before;
@@ -785,8 +786,8 @@ impl BrushRun {
         share(error, impulse).max(share(change, compared))
     }
 
-    /// The number of columns that a steady stretch is expected to need, if there are too few and
-    /// the settings do not state how many.
+    /// Returns the columns that a steady stretch is expected to need, if there are too few and the
+    /// settings state no number.
     fn missing_columns(&self) -> Option<usize> {
         if self.brush.columns.is_some() || self.has_settled {
             return None;
@@ -809,22 +810,21 @@ impl BrushRun {
         }
     }
 
-    /// The sample at which all filaments have ended so many turns.
+    /// Returns the sample at which all filaments have ended `turns` turns.
     fn end_of_turn(&self, turns: usize) -> usize {
         let latest = self.arrangement.latest() / self.pass.tool().rate;
         ((latest + turns as f64 * self.pass.turn_time() - self.begin) / self.interval).ceil()
             as usize
     }
 
-    /// Mean contact normal impulses of the turns so far in N s, as far as all filaments have ended
-    /// them.
+    /// Returns the mean contact normal impulse in N s of each turn that all filaments have ended.
     fn turn_impulses(&self) -> Vec<f64> {
         let of = |turn: usize| self.impulses(|account| account.impulses.get(turn).copied());
         let mean = |impulses: Vec<f64>| impulses.iter().sum::<f64>() / self.places.len() as f64;
         (0..).map_while(of).map(mean).collect()
     }
 
-    /// Impulses of all solved filaments in N s, which `of` reads, each times the number of
+    /// Returns the impulses in N s that `of` reads of all solved filaments, each times the
     /// filaments like it. `None` if one has none.
     fn impulses(&self, of: impl Fn(&Account) -> Option<f64>) -> Option<Vec<f64>> {
         let accounts = self.sectors.iter().flat_map(|(group, sector)| {
@@ -839,12 +839,12 @@ impl BrushRun {
             .collect()
     }
 
-    /// Whether the turns, which were to become steady, have done so.
+    /// Returns `true` if the run goes on until its turns are steady, and they are.
     fn has_steady_turns(&self) -> bool {
         self.pass.turns() == Turns::Steady && are_steady(&self.turn_impulses())
     }
 
-    /// Whether a filament that is followed to the end of its contact still touches.
+    /// Returns `true` if a filament that is followed to the end of its contact still touches.
     fn is_touching(&self) -> bool {
         self.arrangement
             .roots
@@ -856,10 +856,10 @@ impl BrushRun {
             })
     }
 
-    /// The next sample after `sample` at which a frame is taken.
+    /// Returns the next sample after `sample` at which a frame is taken.
     fn next_frame(&self, sample: usize) -> Option<usize> {
         let nodes = self.arrangement.roots.len() * (self.settings.filament.segments + 1);
-        let frames = self.options.frames.min(MOST_NODES / nodes);
+        let frames = self.options.frames.min(MAX_FRAME_NODES / nodes);
         let stride = self.samples.div_ceil(frames.max(1)).max(1);
         (frames > 0)
             .then(|| (sample / stride + 1) * stride)
@@ -907,7 +907,7 @@ impl BrushRun {
         }
     }
 
-    /// The state, from which [`BrushRun::resume`] goes on with the same bits.
+    /// Returns the state, from which [`BrushRun::resume`] goes on with the same bits.
     pub fn checkpoint(&self) -> Checkpoint {
         let moving = || {
             Reached::Moving(Moving {
@@ -931,10 +931,10 @@ impl BrushRun {
         }
     }
 
-    /// Goes on from a state of the same brush, which [`BrushRun::checkpoint`] returned.
+    /// Resumes from a state of the same brush, which [`BrushRun::checkpoint`] returned.
     ///
     /// # Errors
-    /// As for [`BrushRun::new`], or if the state is not that of this brush.
+    /// As for [`BrushRun::new`], or if the state does not belong to this brush.
     pub fn resume(
         settings: &Settings,
         options: RunOptions,
@@ -968,7 +968,7 @@ impl BrushRun {
         restored.map(|()| run).ok_or(BrushError::Checkpoint)
     }
 
-    /// Goes back to a motion. `None` if it is not one of this brush.
+    /// Restores a motion. Returns `None` if it does not belong to this brush.
     fn restore(&mut self, state: Moving) -> Option<()> {
         let Moving {
             begin,
@@ -990,9 +990,11 @@ impl BrushRun {
             ];
             lengths == [count; 3] && frame.nodes_m.iter().all(|filament| filament.len() == nodes)
         };
-        let fits = begin.is_finite()
-            && begin <= self.begin.abs()
+        // Settled filaments may need to begin earlier, by less than a turn.
+        let earliest = self.begin - self.pass.turn_time();
+        let fits = (earliest..=self.begin.abs()).contains(&begin)
             && followed <= self.arrangement.columns
+            && history.len() == done
             && sectors.len() == self.sectors.len()
             && frames.iter().all(is_whole);
         if !fits {
@@ -1001,15 +1003,18 @@ impl BrushRun {
         (self.settling, self.followed) = (None, followed);
         self.begin_at(begin);
         self.done = Some(done).filter(|done| *done <= self.max_samples)?;
+        // A step ends less than a sample behind the one that lies in it.
+        let now = self.sample_time(done);
+        let times = now - self.interval..=now + self.interval;
         for ((_, sector), state) in self.sectors.iter_mut().zip(sectors) {
-            sector.restore(state)?;
+            sector.restore(state, &times)?;
         }
         (self.history, self.frames) = (history, frames);
         self.look_whether_settled();
         Some(())
     }
 
-    /// The results.
+    /// Returns the results.
     ///
     /// # Errors
     /// If the metrics of a steady stretch are requested and there is none, or if a filament alone
@@ -1106,8 +1111,7 @@ impl BrushRun {
         })
     }
 
-    /// Leaves out the columns that were laid out in case that the stretch needs them, and that
-    /// nothing has reached.
+    /// Removes spare columns of the stretch that nothing has reached.
     fn leave_out_resting(&mut self) {
         let touching = self
             .filaments(self.arrangement.columns)
@@ -1134,7 +1138,8 @@ impl BrushRun {
         }
     }
 
-    /// The mean metrics of the filaments that count, each alone. Equal ones are simulated once.
+    /// Returns the mean metrics of the filaments that count, each alone. Equal ones are simulated
+    /// once.
     fn alone(&self, filaments: &[FilamentResult]) -> Result<Metrics, BrushError> {
         let roots = self.arrangement.roots.iter().map(|root| root.z);
         let counted = self
@@ -1156,7 +1161,7 @@ impl BrushRun {
         alone::metrics(&self.settings, &own, &self.stop, &self.team)
     }
 
-    /// By how much energy and momentum fail to balance.
+    /// Returns the defects of the balances of energy and momentum.
     fn residuals(&self) -> Residuals {
         let relative = |of: &dyn Fn(&Balance) -> [f64; 2]| {
             let [mut lack, mut whole] = [0.0; 2];
@@ -1173,7 +1178,8 @@ impl BrushRun {
         }
     }
 
-    /// The filaments of the first columns with their contacts, without how others press on them.
+    /// Returns the filaments of the first columns with their contacts, without the presses of
+    /// others.
     fn filaments(&self, columns: usize) -> Vec<FilamentResult> {
         let is_unsteady = self.pass.turns() == Turns::Steady && !self.has_steady_turns();
         let metrics = |&[number, index]: &[usize; 2]| {
@@ -1201,31 +1207,30 @@ impl BrushRun {
     }
 }
 
-/// The longest step in s.
+/// Returns the longest step in s.
 fn longest_step(settings: &Settings, pass: &Pass) -> f64 {
     let nominal = pass.nominal();
     let path = (nominal.tool_radius * nominal.contact_angle).min(settings.filament.length_m);
-    LONGEST_STEP * path / settings.process.brushing_velocity_m_s
+    MAX_STEP_SHARE * path / settings.process.brushing_velocity_m_s
 }
 
 /// Filaments that are solved together.
 struct Group {
-    /// Their numbers in the arrangement, column by column.
+    /// Numbers in the arrangement, column by column.
     members: Vec<usize>,
-    /// By how many rows the filaments are behind these that are like them; zero for these
-    /// themselves.
+    /// Rows by which filaments like these are behind them; zero for these themselves.
     shifts: Vec<usize>,
 }
 
 impl Group {
-    /// How many times its filaments count.
+    /// Returns the number of times that its filaments count.
     fn weight(&self) -> usize {
         self.shifts.len()
     }
 }
 
-/// The filaments that are solved together, and the place of each filament in them: the number of a
-/// group, and of its filament in it.
+/// Returns the filaments that are solved together, and the place of each filament in them: the
+/// number of a group, and of its filament.
 fn coupled(
     arrangement: &Arrangement,
     is_planar: bool,
@@ -1269,16 +1274,72 @@ fn coupled(
     )
 }
 
-/// The memory in bytes that a simulation needs at most, without frames: a linear function of what
-/// was measured.
+/// Returns an upper bound of the memory of a simulation in bytes, without frames: a linear function
+/// from measurements.
 pub fn memory_estimate(filaments: usize, segments: usize, points: usize) -> u64 {
-    /// Of a segment.
-    const SEGMENT: u64 = 4000;
-    /// Of a contact point.
-    const POINT: u64 = 500;
-    /// Of everything else.
-    const REST: u64 = 16 << 20;
+    /// Bytes of a segment.
+    const SEGMENT_BYTES: u64 = 4000;
+    /// Bytes of a contact point.
+    const POINT_BYTES: u64 = 500;
+    /// Bytes of everything else.
+    const OTHER_BYTES: u64 = 16 << 20;
     let (filaments, segments, points) = (filaments as u64, segments as u64, points as u64);
-    let of_filament = segments.saturating_mul(points.saturating_mul(POINT).saturating_add(SEGMENT));
-    filaments.saturating_mul(of_filament).saturating_add(REST)
+    let of_filament = segments.saturating_mul(
+        points
+            .saturating_mul(POINT_BYTES)
+            .saturating_add(SEGMENT_BYTES),
+    );
+    filaments
+        .saturating_mul(of_filament)
+        .saturating_add(OTHER_BYTES)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The digest of a checkpoint file is no secret, so its values must be checked, too.
+    #[test]
+    fn states_with_values_out_of_range_are_refused() {
+        let mut settings = Settings::paper(10.0, 1e-3);
+        settings.filament.segments = 3;
+        settings.tool.filament_count = 682.0;
+        settings.brush = Some(BrushSettings {
+            columns: Some(3),
+            rows: Some(1),
+            steady: false,
+            tolerance: 1e-2,
+            ..BrushSettings::default()
+        });
+        let mut run = BrushRun::new(&settings, RunOptions::default()).expect("a brush");
+        while run.done() < 0.3 {
+            assert!(run.advance().expect("steps"));
+        }
+        let resumes = |change: &dyn Fn(&mut Moving)| {
+            let mut state = run.checkpoint();
+            let Reached::Moving(moving) = &mut state.reached else {
+                panic!("the brush moves")
+            };
+            change(moving);
+            BrushRun::resume(&settings, RunOptions::default(), state).is_ok()
+        };
+        assert!(resumes(&|_| ()));
+        let changes: [&dyn Fn(&mut Moving); 12] = [
+            &|moving| moving.begin = -1e300,
+            &|moving| moving.begin = f64::NAN,
+            &|moving| moving.done = 0,
+            &|moving| moving.followed = 1000,
+            &|moving| moving.sectors[0].motion.time = -1e300,
+            &|moving| moving.sectors[0].motion.time = f64::INFINITY,
+            &|moving| moving.sectors[0].impulse_error = f64::INFINITY,
+            &|moving| moving.sectors[0].statistics.steps = usize::MAX,
+            &|moving| moving.sectors[0].statistics.effort.newton_iterations = usize::MAX,
+            &|moving| moving.sectors[0].accounts[0].record.turn = 0,
+            &|moving| moving.sectors[0].accounts[0].record.turn = 3,
+            &|moving| moving.sectors[0].accounts[0].record.count = usize::MAX,
+        ];
+        for (number, change) in changes.iter().enumerate() {
+            assert!(!resumes(change), "change {number}");
+        }
+    }
 }

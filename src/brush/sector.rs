@@ -1,13 +1,13 @@
-//! Filaments that are coupled, on their way over the workpiece, in steps of TR-BDF2.
+//! Coupled filaments on their way over the workpiece, in steps of TR-BDF2.
 //!
-//! A step is accepted by its effect on what is asked for. The embedded weights of the method,
-//! applied to the forces at the three stages of a step, estimate its error in the impulse of each
-//! filament on the workpiece (Hosea and Shampine, Applied Numerical Mathematics 20, 1996). Forces
-//! on the workpiece do not see what filaments do to each other before they touch it: rates of their
-//! momentum do. These are the forces that a filament exchanges with the clamp and with its
-//! neighbours, too.
+//! Step-size control looks at the requested results. The embedded weights of the method, applied to
+//! the forces at the three stages of a step, estimate its error in the impulse of each filament on
+//! the workpiece (Hosea and Shampine, Applied Numerical Mathematics 20, 1996). Forces on the
+//! workpiece do not show the action of filaments on each other before they touch it: rates of their
+//! momentum do. They also include the forces of the clamp and of neighbours.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 
 use super::bundle::{BrushState, Bundle, Effort, GroupState, Kinematics, NoConvergence};
 use super::filaments::ToolFilament;
@@ -28,13 +28,13 @@ use crate::simulation::{ContactSum, EdgeWork};
 use crate::tool::{ClampMotion, RotaryTool, Turning};
 use crate::workpiece::Workpiece;
 
-/// Share of the error of momenta in the error of a step, beside that of the impulses. A momentum is
-/// not asked for: it tells of motions that the impulses do not show yet.
+/// Share of the error of momenta in the error of a step, beside that of the impulses. Momenta are
+/// not results: they show motions that the impulses do not show yet.
 const MOMENTUM_SHARE: f64 = 0.2;
-/// The shortest step, as a share of the longest one.
-const SHORTEST_STEP: f64 = 3e-5;
-/// Steps at most double: impacts come without notice. Where Newton's method has failed, the active
-/// set of contacts keeps changing for some steps.
+/// Shortest step as a share of the longest one.
+const MIN_STEP_SHARE: f64 = 3e-5;
+/// Steps at most double, as impacts come without notice. After a failure of Newton's method, the
+/// active set keeps changing for some steps.
 const STEP_CHANGE: StepChange = StepChange {
     growth: 2.0,
     growth_after_rejection: 1.0,
@@ -43,14 +43,14 @@ const STEP_CHANGE: StepChange = StepChange {
     steps_after_failure: 4,
 };
 /// Share of a step or of an energy that rounding may cause.
-const NEGLIGIBLE: f64 = 1e-6;
+const ROUNDING_SHARE: f64 = 1e-6;
 
-/// `Σ b_j x_j` of the values at the three stages of a step.
+/// Returns `Σ b_j x_j` of the values at the three stages of a step.
 fn integral(values: [f64; 3]) -> f64 {
     (0..3).map(|j| TR_BDF2.weight(j) * values[j]).sum()
 }
 
-/// `Σ (b̂_j − b_j) x_j`, the embedded error estimate of [`integral`].
+/// Returns `Σ (b̂_j − b_j) x_j`, the embedded error estimate of [`integral`].
 fn integral_error(values: [f64; 3]) -> f64 {
     (0..3).map(|j| TR_BDF2.error_weight(j) * values[j]).sum()
 }
@@ -60,38 +60,38 @@ fn integral_error(values: [f64; 3]) -> f64 {
 pub struct Accuracy {
     /// Largest last correction of a node's velocity in m/s.
     pub newton: f64,
-    /// The longest step in s.
+    /// Longest step in s.
     pub longest: f64,
 }
 
-/// When a filament passes, in s.
+/// Timetable of a filament in s.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Timetable {
-    /// Its first turn begins. Its motion may begin earlier.
+    /// Start of its first turn. Its motion may begin earlier.
     pub begin: f64,
-    /// The time of a whole turn.
+    /// Duration of a turn.
     pub turn: f64,
-    /// Between which times the undeformed filament touches in the first turn.
+    /// Intervals in which the undeformed filament touches in the first turn.
     pub touches: Vec<[f64; 2]>,
 }
 
-/// One filament's contact so far.
+/// Contact of one filament so far.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Account {
-    /// That of the current turn.
-    record: ContactRecord,
-    /// That of the turn before.
+    /// Record of the current turn.
+    pub record: ContactRecord,
+    /// Record of the turn before.
     completed: Option<ContactRecord>,
-    /// The impulses of the turns before, in N s.
+    /// Impulses of the turns before, in N s.
     pub impulses: Vec<f64>,
     timetable: Timetable,
     load: WorkpieceLoad,
     edge_work: EdgeWork,
 }
 
-/// How two filaments have pressed on each other so far.
+/// Contact of two filaments so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PairAccount {
@@ -105,38 +105,38 @@ pub struct PairAccount {
     pub time: f64,
     /// `∫` of the normal force times the distance from the root, mean of both filaments, in N m s.
     pub moment: f64,
-    /// Energy that damping and friction took, in J.
+    /// Energy that damping and friction dissipated, in J.
     pub dissipated: f64,
 }
 
-/// What a sector has, and what went in and out so far, each integrated apart from the motion.
+/// Energy and momentum of a sector, and the fluxes into it, each integrated apart from the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Balance {
-    /// At the start.
+    /// Stock at the start.
     begin: [f64; 4],
-    /// Now: energy in J, momentum in N s.
+    /// Present stock: energy in J, momentum in N s.
     now: [f64; 4],
     /// Work of the clamps and of a moving workpiece in J.
     work: f64,
-    /// Energy that joints and contacts took, in J.
+    /// Energy that joints and contacts dissipated, in J.
     dissipated: f64,
-    /// Work that went in or out, without regard to its sign, in J.
+    /// Work and dissipation without regard to sign, in J.
     turnover: f64,
     /// Impulse of clamps, workpiece and gravity in N s.
     impulse: [f64; 3],
     /// Impulse of the workpiece without regard to its direction, in N s.
     contact: f64,
-    /// What was exchanged at the end of the last step.
+    /// Exchange at the end of the last step.
     rates: Exchange,
 }
 
-/// Why a step was not possible.
+/// Failure of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Failure {
-    /// When, in s.
+    /// Time in s.
     pub time: f64,
-    /// The filaments that cross each other, if that is why.
+    /// Filaments that cross each other, if this is the cause.
     pub crossing: Option<[usize; 2]>,
 }
 
@@ -157,14 +157,17 @@ impl From<IntegrationError<[usize; 2]>> for Failure {
     }
 }
 
-/// Filaments that are coupled.
+/// Largest count of steps or contacts in a state that is restored: more would overflow later.
+const MAX_COUNT: usize = 1 << 48;
+
+/// Coupled filaments.
 pub struct Sector {
     bundle: Bundle<Turning<RotaryTool>>,
     motion: BrushState,
     stepper: Stepper,
     accounts: Vec<Account>,
     pairs: BTreeMap<[usize; 2], PairAccount>,
-    /// What the last step ended with.
+    /// Stage at the end of the last step.
     now: Stage,
     /// Memory for the stages of a step: the middle one, and that at its end.
     stages: [Stage; 2],
@@ -173,26 +176,26 @@ pub struct Sector {
     /// Error of the sum of all impulses that a step may add, over its length, in N.
     error_rate: f64,
     control: StepControl,
-    /// Sum of the estimated errors of all accepted steps, in N s.
+    /// Sum of the error estimates of all accepted steps, in N s.
     impulse_error: f64,
 }
 
-/// The state of a sector.
+/// State of a sector.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SectorState {
-    motion: BrushState,
+    pub motion: BrushState,
     groups: Vec<GroupState>,
-    accounts: Vec<Account>,
+    pub accounts: Vec<Account>,
     pairs: BTreeMap<[usize; 2], PairAccount>,
     now: Stage,
-    statistics: BrushStatistics,
+    pub statistics: BrushStatistics,
     balance: Balance,
     pace: Pace,
-    impulse_error: f64,
+    pub impulse_error: f64,
 }
 
-/// Why a step is tried again.
+/// Reason to repeat a step.
 enum Retry {
     /// A sleeping group was touched.
     Woken,
@@ -210,13 +213,13 @@ impl From<NoConvergence> for Retry {
 struct Attempt {
     effort: Effort,
     balance: Balance,
-    /// Estimated error in N s.
+    /// Error estimate in N s.
     impulse_error: f64,
 }
 
 impl Sector {
-    /// Filaments at the start of their motion, with their timetables. Steps are the longest ones
-    /// until an error rate is [set](Self::set_error_rate).
+    /// Creates a sector of filaments at the start of their motion. Steps are the longest ones until
+    /// an error rate is [set](Self::set_error_rate).
     pub fn new(
         mut bundle: Bundle<Turning<RotaryTool>>,
         motion: BrushState,
@@ -250,7 +253,7 @@ impl Sector {
             balance,
             control: StepControl::new(&TR_BDF2, accuracy.longest)
                 .up_to(accuracy.longest)
-                .down_to(SHORTEST_STEP * accuracy.longest)
+                .down_to(MIN_STEP_SHARE * accuracy.longest)
                 .changing_by(STEP_CHANGE),
             error_rate: f64::INFINITY,
             impulse_error: 0.0,
@@ -262,27 +265,27 @@ impl Sector {
         self.error_rate = error_rate;
     }
 
-    /// Estimated error of the sum of all impulses so far, in N s.
+    /// Returns the error estimate of the sum of all impulses so far, in N s.
     pub fn impulse_error(&self) -> f64 {
         self.impulse_error
     }
 
-    /// The contacts with the workpiece so far, by filament.
+    /// Returns the contacts with the workpiece so far, by filament.
     pub fn accounts(&self) -> &[Account] {
         &self.accounts
     }
 
-    /// How filaments have pressed on each other so far.
+    /// Returns the contacts between filaments so far.
     pub fn pairs(&self) -> &BTreeMap<[usize; 2], PairAccount> {
         &self.pairs
     }
 
-    /// The filaments.
+    /// Returns the filaments.
     pub fn bundle(&self) -> &Bundle<Turning<RotaryTool>> {
         &self.bundle
     }
 
-    /// The pose of each filament.
+    /// Returns the pose of each filament.
     pub fn poses(&self) -> Vec<Pose> {
         let n = self.bundle.segments();
         let BrushState {
@@ -307,29 +310,29 @@ impl Sector {
         filaments.map(pose).collect()
     }
 
-    /// Work done so far.
+    /// Returns the work done so far.
     pub fn statistics(&self) -> &BrushStatistics {
         &self.statistics
     }
 
-    /// The balance of energy and momentum.
+    /// Returns the balance of energy and momentum.
     pub fn balance(&self) -> &Balance {
         &self.balance
     }
 
-    /// The filaments, once all are placed where they are at `time` (s), in the last step.
+    /// Places all filaments at `time` (s) in the last step, and returns them.
     pub fn placed_at(&mut self, time: f64) -> &Bundle<Turning<RotaryTool>> {
         let state = self.stepper.interpolated(&self.motion, time);
         self.bundle.place_all(&state);
         &self.bundle
     }
 
-    /// Forgets what was found on the way here: what follows does not depend on it.
+    /// Forgets factorisations: later results do not depend on them.
     pub fn forget(&mut self) {
         self.bundle.forget();
     }
 
-    /// Goes on until a step ends at `time` (s) or later, but not after `end` (s), and returns the
+    /// Advances until a step ends at `time` (s) or later, but not after `end` (s). Returns the
     /// forces at `time`.
     ///
     /// # Errors
@@ -374,7 +377,7 @@ impl Sector {
         Ok(self.sample(time))
     }
 
-    /// Tries a step of `h` (s).
+    /// Attempts a step of `h` (s).
     fn attempt(&mut self, h: f64) -> Result<Attempt, Retry> {
         let Self {
             bundle,
@@ -409,10 +412,10 @@ impl Sector {
         })
     }
 
-    /// Estimated error of the sum of all impulses after a step of `h` (s), in N s.
+    /// Returns the error estimate of the sum of all impulses after a step of `h` (s), in N s.
     ///
-    /// Errors of filaments that strike together add up, those of others like random ones: the
-    /// estimate has both sums.
+    /// Errors of filaments that strike together add up, others like random ones: the estimate has
+    /// both sums.
     fn step_error(&self, h: f64) -> f64 {
         let [middle, end] = &self.stages;
         let (mut sum, mut squares) = (0.0, 0.0);
@@ -435,7 +438,7 @@ impl Sector {
         f64::abs(sum) + squares.sqrt() + MOMENTUM_SHARE * of_momenta.sqrt()
     }
 
-    /// Ends a step of `h` (s).
+    /// Accepts a step of `h` (s).
     fn accept(&mut self, h: f64, attempt: Attempt) {
         let Self {
             bundle,
@@ -491,20 +494,20 @@ impl Sector {
         self.stepper.finish(&mut self.motion);
     }
 
-    /// The place of `time` (s) in the last step, from 0 to 1.
+    /// Returns the place of `time` (s) in the last step, from 0 to 1.
     fn share(&self, time: f64) -> f64 {
         let [start, end] = [self.stepper.end.time, self.motion.time];
         (time - start) / (end - start)
     }
 
-    /// The stages at the ends of the last step.
+    /// Returns the stages at the ends of the last step.
     fn last_step(&self) -> [&Stage; 2] {
         let [_, start] = &self.stages;
         [start, &self.now]
     }
 
-    /// The forces at `time` (s) in the last step: those of the workpiece where the filaments are
-    /// then; those between filaments are linear along the step.
+    /// Returns the forces at `time` (s) in the last step: those of the workpiece at the
+    /// interpolated motion; those between filaments are linear along the step.
     fn sample(&mut self, time: f64) -> ToolSample {
         let state = self.stepper.interpolated(&self.motion, time);
         let contacts = self.bundle.contacts(&state);
@@ -529,8 +532,8 @@ impl Sector {
         sample
     }
 
-    /// By filament, at `time` (s) in the last step: normal force on the workpiece, and of other
-    /// filaments, in N.
+    /// Returns the normal forces on the workpiece and of other filaments in N, by filament, at
+    /// `time` (s) in the last step.
     pub fn forces(&mut self, time: f64) -> [Vec<f64>; 2] {
         let state = self.stepper.interpolated(&self.motion, time);
         let contacts = self.bundle.contacts(&state);
@@ -547,7 +550,7 @@ impl Sector {
         [workpiece, others]
     }
 
-    /// The state, from which a sector of the same filaments goes on with the same bits.
+    /// Returns the state, from which a sector of the same filaments goes on with the same bits.
     pub fn state(&self) -> SectorState {
         SectorState {
             motion: self.motion.clone(),
@@ -562,8 +565,8 @@ impl Sector {
         }
     }
 
-    /// Goes back to a state. `None` if it is not one of such a sector.
-    pub fn restore(&mut self, state: SectorState) -> Option<()> {
+    /// Restores a state. Returns `None` if it does not fit this sector at one of the `times` (s).
+    pub fn restore(&mut self, state: SectorState, times: &RangeInclusive<f64>) -> Option<()> {
         let SectorState {
             motion,
             groups,
@@ -580,17 +583,20 @@ impl Sector {
         let is_own = |(account, own): (&Account, &Account)| {
             account.timetable == own.timetable
                 && account.edge_work.edges() == own.edge_work.edges()
-                && account.impulses.len() <= MAX_TURNS
+                && account.has_consistent_turns()
         };
         let of_stage = now.presses.iter().map(|(filaments, _)| filaments);
         let mut filaments = pairs.keys().chain(of_stage).flatten();
-        let fits = lengths(&motion) == lengths(&self.motion)
+        let fits = times.contains(&motion.time)
+            && lengths(&motion) == lengths(&self.motion)
             && accounts.len() == self.accounts.len()
             && accounts.iter().zip(&self.accounts).all(is_own)
             && now.loads.len() == accounts.len()
             && now.momentum_rates.len() == self.now.momentum_rates.len()
             && filaments.all(|filament| *filament < accounts.len())
-            && impulse_error >= 0.0;
+            && impulse_error >= 0.0
+            && impulse_error.is_finite()
+            && statistics.are_countable();
         if !fits || !self.control.restore(pace) {
             return None;
         }
@@ -602,22 +608,31 @@ impl Sector {
 }
 
 impl Account {
-    /// Whether the filament touches the workpiece in its first turn.
+    /// Returns `true` if turns are numbered without gaps, and the completed ones have impulses.
+    fn has_consistent_turns(&self) -> bool {
+        let completed = self.impulses.len();
+        completed <= MAX_TURNS
+            && self.record.turn == completed + 1
+            && self.completed.map_or(0, |record| record.turn) == completed
+            && self.record.count <= MAX_COUNT
+    }
+
+    /// Returns `true` if the filament touches the workpiece in its first turn.
     pub fn is_touching(&self) -> bool {
         self.load.pressing > 0.0 && self.record.turn == 1
     }
 
-    /// The last turn that has ended, or the first one.
+    /// Returns the last turn that has ended, or the first one.
     pub fn last(&self) -> &ContactRecord {
         self.completed.as_ref().unwrap_or(&self.record)
     }
 
-    /// Impulse of all turns so far in N s.
+    /// Returns the impulse of all turns so far in N s.
     pub fn total_impulse(&self) -> f64 {
         self.impulses.iter().sum::<f64>() + self.record.impulse
     }
 
-    /// Adds a step from `begin` over `h` (s), with the loads at its middle stage and at its end.
+    /// Adds a step from `begin` over `h` (s), with the loads at its middle stage and its end.
     fn observe(
         &mut self,
         [middle, end]: [&WorkpieceLoad; 2],
@@ -663,8 +678,8 @@ impl Account {
         }
         for (j, load) in [&start, middle, end].into_iter().enumerate() {
             let Some(worked) = load.worked else { continue };
-            // Work is spread over the way along an edge, and stays in place where the step begins
-            // or ends off it.
+            // Work is spread over the path along an edge. It stays in place where the step begins
+            // or ends off the edge.
             let here =
                 |other: &WorkpieceLoad| other.worked.filter(|other| other.edge == worked.edge);
             let places = [&start, end].map(|other| here(other).unwrap_or(worked).place);
@@ -675,11 +690,11 @@ impl Account {
         self.load = *end;
     }
 
-    /// Ends the turn if a step of `h` (s) that ends at `end` (s) is the first to reach its end: so
-    /// the last turn ends with the simulation.
+    /// Ends the turn if a step of `h` (s) to `end` (s) is the first to reach its end. The last turn
+    /// thus ends with the simulation.
     fn end_turn(&mut self, end: f64, h: f64) {
         let Timetable { begin, turn, .. } = &self.timetable;
-        if end < begin + self.record.turn as f64 * turn - NEGLIGIBLE * h {
+        if end < begin + self.record.turn as f64 * turn - ROUNDING_SHARE * h {
             return;
         }
         self.impulses.push(self.record.impulse);
@@ -689,8 +704,8 @@ impl Account {
     }
 }
 
-/// Between which parts of a step a filament touches that presses by `start` and `end` (m) at its
-/// ends.
+/// Returns the part of a step in which a filament touches that presses by `start` and `end` (m) at
+/// its ends.
 fn contact_part(start: f64, end: f64) -> [f64; 2] {
     match (start > 0.0, end > 0.0) {
         (true, true) => [0.0, 1.0],
@@ -714,12 +729,12 @@ fn contact_part(start: f64, end: f64) -> [f64; 2] {
     }
 }
 
-/// How one filament presses on another.
+/// Sum of the presses between two filaments.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct PressSum {
     normal: f64,
-    /// On the filament of the smaller number.
+    /// Force on the filament of the smaller number in N.
     force: [f64; 3],
     moment: f64,
     dissipated: f64,
@@ -745,6 +760,21 @@ impl PairAccount {
     }
 }
 
+impl BrushStatistics {
+    /// Returns `true` if counting on from here cannot overflow.
+    fn are_countable(&self) -> bool {
+        let Effort {
+            newton_iterations,
+            krylov_vectors,
+            factorisations,
+        } = self.effort;
+        let of_steps = [self.steps, self.rejected_steps, self.newton_failures];
+        let of_effort = [newton_iterations, krylov_vectors, factorisations];
+        let mut counts = of_steps.into_iter().chain(of_effort);
+        counts.all(|count| count <= MAX_COUNT)
+    }
+}
+
 impl Balance {
     fn new(budget: &Budget) -> Self {
         let begin = budget.stock();
@@ -756,7 +786,7 @@ impl Balance {
         }
     }
 
-    /// Goes on with other filaments of the sector.
+    /// Continues with other filaments of the sector.
     fn go_on_with(&mut self, part: &Budget) {
         let stock = part.stock();
         self.begin = std::array::from_fn(|i| self.begin[i] + stock[i] - self.now[i]);
@@ -764,7 +794,7 @@ impl Balance {
         self.rates = part.exchange;
     }
 
-    /// Adds a step of `h` (s), with what its middle stage and its end have.
+    /// Adds a step of `h` (s), with the budgets of its middle stage and its end.
     fn add(&mut self, middle: &Budget, end: &Budget, h: f64) {
         let rates = [self.rates, middle.exchange, end.exchange];
         let sum = |of: &dyn Fn(&Exchange) -> f64| h * integral(rates.map(|rates| of(&rates)));
@@ -778,27 +808,27 @@ impl Balance {
         self.rates = end.exchange;
     }
 
-    /// Energies that were gained, put in, and taken so far, in J.
+    /// Returns the energies gained, put in, and dissipated so far, in J.
     pub fn energies(&self) -> [f64; 3] {
         [self.now[0] - self.begin[0], self.work, self.dissipated]
     }
 
-    /// The energy that the balance lacks, in J; negative where it has too much.
+    /// Returns the energy that the balance lacks in J; negative for an excess.
     fn energy_lack(&self) -> f64 {
         let [gain, work, dissipated] = self.energies();
         work - dissipated - gain
     }
 
-    /// What the balance of the energies lacks, and what it is compared with, in J.
+    /// Returns the energy defect and its reference, in J.
     pub fn energy_defect(&self) -> [f64; 2] {
-        // What turns freely has no turnover but that of rounding.
+        // A freely turning sector has no turnover but that of rounding.
         [
             self.energy_lack().abs(),
-            self.turnover + NEGLIGIBLE * self.begin[0].abs(),
+            self.turnover + ROUNDING_SHARE * self.begin[0].abs(),
         ]
     }
 
-    /// What the balance of the momentum lacks, and what it is compared with, in N s.
+    /// Returns the momentum defect and its reference, in N s.
     pub fn momentum_defect(&self) -> [f64; 2] {
         let lack: [f64; 3] =
             std::array::from_fn(|i| self.now[i + 1] - self.begin[i + 1] - self.impulse[i]);
@@ -808,32 +838,33 @@ impl Balance {
 }
 
 impl Budget {
-    /// Energy and momentum.
+    /// Returns energy and momentum.
     fn stock(&self) -> [f64; 4] {
         let [x, y, z] = self.momentum;
         [self.energy, x, y, z]
     }
 }
 
-/// Two filaments one of which is so deep in the other that they may cross in the next step, or have
-/// crossed in the last one. A step is so short that filaments that were apart before it cannot have
-/// passed each other beyond that.
+/// Returns two filaments that overlap so deeply that they may cross in the next step, or have
+/// crossed in the last one. Steps are too short for filaments that were apart to pass beyond this
+/// depth.
 fn crossing(bundle: &Bundle<Turning<RotaryTool>>) -> Option<[usize; 2]> {
-    /// The least distance of the centrelines, as a share of the reach.
-    const LEAST: f64 = 0.5;
-    let is_deep = |(_, press): &&Pair| press.near.square() < (LEAST * press.near.reach).powi(2);
+    /// Least distance of the centrelines as a share of the reach.
+    const MIN_DISTANCE_SHARE: f64 = 0.5;
+    let is_deep =
+        |(_, press): &&Pair| press.near.square() < (MIN_DISTANCE_SHARE * press.near.reach).powi(2);
     bundle
         .presses()
         .find(is_deep)
         .map(|(filaments, _)| *filaments)
 }
 
-/// What a stage ended with.
+/// Loads, presses and budget at the end of a stage.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Stage {
     loads: Vec<WorkpieceLoad>,
-    /// The forces between filaments, in the order of the pairs.
+    /// Forces between filaments, in the order of the pairs.
     presses: Vec<([usize; 2], PressSum)>,
     /// Rates of the momentum of all filaments in N, by group.
     momentum_rates: Vec<[Lanes; 3]>,
@@ -841,7 +872,7 @@ struct Stage {
 }
 
 impl Stage {
-    /// Evaluates all at the end of a stage.
+    /// Evaluates the bundle at the end of a stage.
     fn take(&mut self, bundle: &mut Bundle<Turning<RotaryTool>>, motion: &BrushState) {
         let found = bundle.evaluate(motion);
         self.budget = found.budget;
@@ -885,8 +916,8 @@ pub struct Stepper {
 }
 
 impl Stepper {
-    /// Memory for steps from `motion`, whose stages are solved once velocities change by less than
-    /// `tolerance` (m/s).
+    /// Allocates memory for steps from `motion`. Stages are solved once velocities change by less
+    /// than `tolerance` (m/s).
     pub fn new(motion: &BrushState, tolerance: f64) -> Self {
         let base = [motion.q.clone(), motion.v.clone()];
         Self {
@@ -897,7 +928,7 @@ impl Stepper {
         }
     }
 
-    /// The middle stage of a step of `h` (s) from `start`.
+    /// Solves the middle stage of a step of `h` (s) from `start`.
     pub fn middle_stage<M: ClampMotion + Sync>(
         &mut self,
         bundle: &mut Bundle<M>,
@@ -945,7 +976,7 @@ impl Stepper {
         )
     }
 
-    /// The stage at its end.
+    /// Solves the stage at the end of the step.
     pub fn end_stage<M: ClampMotion + Sync>(
         &mut self,
         bundle: &mut Bundle<M>,
@@ -985,13 +1016,13 @@ impl Stepper {
         )
     }
 
-    /// Puts the end of the step into `motion`, and keeps its start.
+    /// Moves the end of the step into `motion`, and keeps its start.
     pub fn finish(&mut self, motion: &mut BrushState) {
         std::mem::swap(motion, &mut self.end);
     }
 
-    /// Coordinates and rates at `time` (s) in the last step, which has ended at `motion`, by Hermite
-    /// interpolation.
+    /// Returns coordinates and rates at `time` (s) in the last step, which has ended at `motion`,
+    /// by Hermite interpolation.
     fn interpolated(&self, motion: &BrushState, time: f64) -> BrushState {
         let (start, h) = (&self.end, motion.time - self.end.time);
         let weights = Weights::new(h, (time - start.time) / h);
@@ -1012,8 +1043,8 @@ impl Stepper {
     }
 }
 
-/// `start + Σ factor · vector`, where a group has so many `blocks`, from the coordinate `from` of
-/// each on.
+/// Computes `start + Σ factor · vector`, in groups of `blocks` blocks, from the coordinate `from`
+/// of each block on.
 fn set_sum(
     [blocks, from]: [usize; 2],
     result: &mut Vector,

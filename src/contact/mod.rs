@@ -23,10 +23,9 @@ pub struct Approach {
     pub sliding: [f64; 3],
     /// See [`Surface::across`].
     pub across: [f64; 3],
-    /// By how much the normal turns, in the plane of the profile, per length of the point's way
-    /// across it, in rad/m.
+    /// Turn of the normal, in the plane of the profile, per path of the point across it, in rad/m.
     pub turn: f64,
-    /// How far the point is from where it no longer meets this surface, in m; negative beyond. See
+    /// Distance of the point from the border of this surface in m; negative beyond. See
     /// [`Surface::margin`].
     pub margin: f64,
     /// Share of the law's stiffness with which the point presses ([`node_stiffness_share`]).
@@ -34,7 +33,7 @@ pub struct Approach {
 }
 
 impl Approach {
-    /// The point at `surface` with `velocity` in m/s.
+    /// Computes the approach to `surface` with `velocity` (m/s).
     #[inline]
     pub fn new(surface: &Surface, velocity: [f64; 3], radius: f64) -> Self {
         let relative = sub(velocity, surface.velocity);
@@ -51,7 +50,8 @@ impl Approach {
         }
     }
 
-    /// Distance of the point from the surface in m, less the contact radius; negative inside.
+    /// Returns the distance of the point from the surface in m, less the contact radius; negative
+    /// inside.
     #[inline]
     pub fn distance(&self) -> f64 {
         -self.penetration
@@ -84,19 +84,19 @@ pub struct ContactForce {
 }
 
 impl ContactForce {
-    /// No force: that on a node which touches nothing.
+    /// No force, for a node without contact.
     pub const NONE: Self = Self {
         normal: 0.0,
         tangential: [0.0; 3],
     };
 
-    /// Both parts as one vector in N, for the approach that they belong to.
+    /// Returns both parts as one vector in N, for the approach that they belong to.
     pub fn total(&self, approach: &Approach) -> [f64; 3] {
         add(scale(self.normal, approach.normal), self.tangential)
     }
 }
 
-/// The contact law of MODEL, "Contact": Hunt and Crossley (1975) with regularised Coulomb friction.
+/// Contact law of MODEL, "Contact": Hunt and Crossley (1975) with regularised Coulomb friction.
 ///
 /// While a node is *closed* its force is the smooth law `k_c δ^p (1 + χ δ̇)`, continued oddly to `δ
 /// < 0`; while it is *open* there is none. The solver locates where the law changes sign and
@@ -131,7 +131,7 @@ impl From<&ContactSettings> for ContactLaw {
 }
 
 impl ContactLaw {
-    /// The tip at `position` with `velocity`, relative to `workpiece` at `time`.
+    /// Computes the approach of the tip at `position` with `velocity` to `workpiece` at `time`.
     #[inline]
     pub fn approach(
         &self,
@@ -143,7 +143,7 @@ impl ContactLaw {
         Approach::new(&workpiece.surface(position, time), velocity, self.radius)
     }
 
-    /// `k_c |δ|^p sign δ`
+    /// Returns `k_c |δ|^p sign δ`.
     #[inline]
     fn elastic(&self, approach: &Approach) -> f64 {
         let (penetration, stiffness) = (
@@ -156,16 +156,21 @@ impl ContactLaw {
         stiffness * penetration.abs().powf(self.exponent).copysign(penetration)
     }
 
-    /// `1 + χ δ̇`
+    /// Returns the normal force in N of a node of the full stiffness at rest at the depth `δ` (m): `k_c δ^p`.
+    pub fn force_at_rest(&self, depth: f64) -> f64 {
+        self.stiffness * depth.powf(self.exponent)
+    }
+
+    /// Returns `1 + χ δ̇`.
     #[inline]
     fn rate_factor(&self, penetration_rate: f64) -> f64 {
         1.0 + self.damping * penetration_rate
     }
 
-    /// Positive where the law presses (`δ > 0`, `1 + χ δ̇ > 0` and the point is on its surface),
-    /// negative elsewhere, continuous; in m.
+    /// Returns a continuous length in m, positive where the law presses (`δ > 0`, `1 + χ δ̇ > 0`
+    /// and the point is on its surface), negative elsewhere.
     ///
-    /// A contact closes where this rises through zero and opens where it falls.
+    /// A contact closes where the length rises through zero and opens where it falls.
     #[inline]
     pub fn pressing(&self, approach: &Approach) -> f64 {
         let pressing = approach.penetration.min(approach.margin);
@@ -177,8 +182,8 @@ impl ContactLaw {
         pressing.min(scale * self.rate_factor(approach.penetration_rate))
     }
 
-    /// [`ContactLaw::pressing`] of a node, and its [`Approach::distance`]. Computes no more of the
-    /// approach than these need.
+    /// Returns [`ContactLaw::pressing`] of a node, and its [`Approach::distance`]. Computes no more
+    /// of the approach than these need.
     #[inline]
     pub fn node_pressing(
         &self,
@@ -195,13 +200,13 @@ impl ContactLaw {
         [self.pressing(&approach), approach.distance()]
     }
 
-    /// The normal force of a closed node in N.
+    /// Returns the normal force of a closed node in N.
     #[inline]
     pub fn normal_force(&self, approach: &Approach) -> f64 {
         self.elastic(approach) * self.rate_factor(approach.penetration_rate)
     }
 
-    /// Normal force and friction of a closed node.
+    /// Returns normal force and friction of a closed node.
     ///
     /// Friction is `−µ F_n v_t/√(|v_t|² + v_reg²)`: Coulomb's law for `|v_t| ≫ v_reg`, viscous
     /// below.
@@ -221,8 +226,8 @@ impl ContactLaw {
         }
     }
 
-    /// The force as it is reported: that of [`ContactLaw::force`] where it presses, and none where
-    /// a closed node is past its opening by less than the tolerance of the event's location.
+    /// Returns the reported force: [`ContactLaw::force`] where it presses, else none. A closed node
+    /// may be past its opening by less than the tolerance of the event's location.
     pub fn pressing_force(&self, approach: &Approach) -> ContactForce {
         let force = self.force(approach);
         if force.normal > 0.0 {
@@ -236,23 +241,23 @@ impl ContactLaw {
         (dot(approach.sliding, approach.sliding) + self.regularisation.powi(2)).sqrt()
     }
 
-    /// `∂F_z/∂ż` of a closed node that slides in a plane across `z`, in N s/m: friction resists a
-    /// motion along `z` too.
+    /// Returns `∂F_z/∂ż` of a closed node that slides in a plane across `z`, in N s/m: friction
+    /// resists a motion along `z` too.
     pub fn lateral_damping(&self, approach: &Approach) -> f64 {
         -self.friction * self.normal_force(approach) / self.regularised_speed(approach)
     }
 
-    /// Energy stored in the contact in J: the work of the elastic part, `k_c δ^(p+1)/(p+1)`.
+    /// Returns the energy stored in the contact in J, the elastic work: `k_c δ^(p+1)/(p+1)`.
     pub fn stored_energy(&self, approach: &Approach) -> f64 {
         self.elastic(approach) * approach.penetration / (self.exponent + 1.0)
     }
 
-    /// Power dissipated by contact damping in W.
+    /// Returns the power dissipated by contact damping in W.
     pub fn damped_power(&self, approach: &Approach) -> f64 {
         self.elastic(approach) * self.damping * approach.penetration_rate.powi(2)
     }
 
-    /// `∂F/∂x` and `∂F/∂ẋ` of a closed node.
+    /// Returns `∂F/∂x` and `∂F/∂ẋ` of a closed node.
     pub fn tangent(&self, approach: &Approach) -> NodeTangent<f64> {
         let mut tangent = self.tangent_without_turn(approach);
         if approach.turn != 0.0 {
@@ -265,8 +270,8 @@ impl ContactLaw {
         tangent
     }
 
-    /// How the whole force of a closed contact changes as its normal turns by an angle, in the
-    /// positive sense, in N/rad.
+    /// Returns the derivative of the whole force of a closed contact by the angle of its normal in
+    /// N/rad.
     pub fn turned(&self, approach: &Approach) -> [f64; 3] {
         let Approach {
             penetration_rate,
@@ -291,7 +296,7 @@ impl ContactLaw {
         )
     }
 
-    /// `∂F/∂x` and `∂F/∂ẋ` of a closed contact whose normal does not turn.
+    /// Returns `∂F/∂x` and `∂F/∂ẋ` of a closed contact whose normal does not turn.
     pub fn tangent_without_turn(&self, approach: &Approach) -> NodeTangent<f64> {
         let Approach {
             penetration,
@@ -306,7 +311,7 @@ impl ContactLaw {
         } else {
             self.exponent * stiffness * penetration.abs().powf(self.exponent - 1.0)
         };
-        // Along the total force per unit of normal force; δ falls along the normal.
+        // Total force per unit of normal force; δ falls along the normal.
         let speed = self.regularised_speed(approach);
         let direction = sub(normal, scale(self.friction / speed, sliding));
         let by_penetration = slope * self.rate_factor(penetration_rate);

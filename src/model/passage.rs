@@ -2,20 +2,20 @@
 
 use std::f64::consts::{PI, TAU};
 
-/// How an undeformed filament passes a workpiece as it is at one time.
+/// Passage of an undeformed filament over a workpiece as it is at one time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Passage {
-    /// The angles of the tool from which the lead angle and the tail angle of a pass count.
+    /// Angles of the tool from which the lead angle and the tail angle of a pass count.
     pub window: ContactArc,
-    /// The parts of the window in which the filament touches the workpiece: angles from the start
-    /// of the window, in rad, ascending.
+    /// Parts of the window in which the filament touches the workpiece: angles from the start of
+    /// the window, in rad, ascending.
     pub touches: Vec<[f64; 2]>,
-    /// Whether it touches during the whole turn. The window is then one turn.
+    /// `true` if the filament touches during the whole turn. The window is then one turn.
     pub all_round: bool,
 }
 
 impl From<ContactArc> for Passage {
-    /// That of tips which touch the workpiece throughout the window.
+    /// Creates the passage of tips that touch the workpiece throughout the window.
     fn from(window: ContactArc) -> Self {
         Self {
             window,
@@ -26,7 +26,8 @@ impl From<ContactArc> for Passage {
 }
 
 impl Passage {
-    /// That of a filament which touches during the whole turn, from the angle `start` (rad) on.
+    /// Creates the passage of a filament that touches during the whole turn, from the angle `start`
+    /// (rad) on.
     pub(crate) fn all_round(start: f64) -> Self {
         let window = ContactArc {
             middle: start + PI,
@@ -39,27 +40,27 @@ impl Passage {
         }
     }
 
-    /// The nominal contact angle in rad: that of all touches.
+    /// Returns the nominal contact angle of all touches in rad.
     pub fn contact_angle(&self) -> f64 {
         self.touches.iter().map(|[start, end]| end - start).sum()
     }
 }
 
-/// The angles `β` of a tool between nominal entry and nominal exit.
+/// Angles `β` of a tool between nominal entry and nominal exit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactArc {
     /// Half-way between entry and exit, in rad. For a plane the tips are deepest there.
     pub middle: f64,
-    /// The nominal contact angle `Ω_c`, from entry to exit, in rad.
+    /// Nominal contact angle `Ω_c`, from entry to exit, in rad.
     pub angle: f64,
 }
 
 impl ContactArc {
-    /// The arc of the tips of a round tool on a plane: `Ω_c = 2 arccos((R − a_e)/R)`, opposite to
-    /// the normal.
+    /// Computes the arc of the tips of a round tool on a plane: `Ω_c = 2 arccos((R − a_e)/R)`,
+    /// opposite to the normal.
     ///
-    /// `reach` is the radius of the tips as the normal sees it, and `penetration_depth` is `a_e`,
-    /// both in m. Computed as `4 arcsin √(a_e/(2R))`, which keeps its digits at small depths.
+    /// `reach` is the radius of the tips projected on the normal, and `penetration_depth` is `a_e`,
+    /// both in m. The formula is `4 arcsin √(a_e/(2R))`, which keeps its digits at small depths.
     pub fn on_plane(normal: [f64; 3], reach: f64, penetration_depth: f64) -> Self {
         let [x, y, _] = normal;
         Self {
@@ -68,9 +69,9 @@ impl ContactArc {
         }
     }
 
-    /// The arc from the first angle at which `gap` (m, by the angle in rad) becomes negative to the
-    /// last at which it becomes positive again, in the turn that starts where it is largest. None
-    /// if it never changes sign.
+    /// Finds the arc between the first angle at which `gap` (m, by the angle in rad) becomes
+    /// negative and the last at which it becomes positive. The turn starts where `gap` is largest.
+    /// Returns `None` if `gap` never changes sign.
     ///
     /// Contacts of less than a thousandth of a turn can be missed.
     pub fn find(gap: impl Fn(f64) -> f64) -> Option<Self> {
@@ -95,12 +96,13 @@ impl ContactArc {
     }
 }
 
-/// Where `after` becomes true between `low`, where it is false, and `high`, where it is true; to
-/// rounding.
+/// Returns the place, to rounding, at which `after` becomes `true` between `low` (`false`) and
+/// `high` (`true`).
 pub(crate) fn bisect(after: impl Fn(f64) -> bool, mut low: f64, mut high: f64) -> f64 {
     loop {
         let middle = (low + high) / 2.0;
-        if middle <= low || middle >= high {
+        // Also for limits that are not numbers.
+        if !(low < middle && middle < high) {
             return high;
         }
         if after(middle) {
@@ -108,5 +110,18 @@ pub(crate) fn bisect(after: impl Fn(f64) -> bool, mut low: f64, mut high: f64) -
         } else {
             low = middle;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bisection_ends_for_limits_that_are_not_numbers() {
+        for high in [f64::NAN, f64::INFINITY] {
+            bisect(|_| false, 0.0, high);
+        }
+        assert!((bisect(|x| x > 0.3, 0.0, 1.0) - 0.3).abs() < 1e-15);
     }
 }

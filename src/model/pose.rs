@@ -1,10 +1,10 @@
-//! How a tool is held: the directions of its own axes.
+//! The pose of a tool: the directions of its axes.
 
 use crate::equations::linear::dot;
 use crate::equations::sin_cos;
 use crate::model::settings::ToolSettings;
 
-/// The pose of a tool: the rotation from its own frame, in which it turns about `z`, to that of the
+/// Pose of a tool: rotation from its own frame, in which it turns about `z`, to the frame of the
 /// workpiece (MODEL, "Rotary tools of any kind and pose").
 ///
 /// The solver works in the tool's own frame, in which a tilted tool has the equations of an upright
@@ -16,14 +16,19 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// That of a tool whose axis is `z`.
+    /// Pose of a tool whose axis is `z`.
     pub const UPRIGHT: Self = Self {
         rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
     };
 
-    /// The pose with the tilt `τ` about `x` and the skew `σ` about `y` (rad).
+    /// Creates the pose with the tilt `τ` about `x` and the skew `σ` about `y` (rad).
     pub fn new(tilt: f64, skew: f64) -> Self {
-        let ((sin, cos), (sin_skew, cos_skew)) = (sin_cos(tilt), sin_cos(skew));
+        // Turned by whole quarters, a tool has its axis exactly along one of the workpiece's.
+        let exact = |(sin, cos): (f64, f64)| {
+            let rounded = |part: f64| if part.abs() < f64::EPSILON { 0.0 } else { part };
+            (rounded(sin), rounded(cos))
+        };
+        let ((sin, cos), (sin_skew, cos_skew)) = (exact(sin_cos(tilt)), exact(sin_cos(skew)));
         Self {
             rotation: [
                 [cos_skew, sin_skew * sin, sin_skew * cos],
@@ -33,7 +38,7 @@ impl Pose {
         }
     }
 
-    /// The pose that settings state.
+    /// Returns the pose that settings state.
     pub fn of(tool: &ToolSettings) -> Self {
         let (tilt, skew) = (tool.tilt_rad(), tool.skew_rad);
         if tilt == 0.0 && skew == 0.0 {
@@ -43,13 +48,13 @@ impl Pose {
         }
     }
 
-    /// A vector of the tool's frame, in the frame of the workpiece.
+    /// Rotates a vector from the tool's frame to the frame of the workpiece.
     #[inline]
     pub fn from_tool(&self, vector: [f64; 3]) -> [f64; 3] {
         self.rotation.map(|row| dot(row, vector))
     }
 
-    /// A vector of the frame of the workpiece, in the tool's frame.
+    /// Rotates a vector from the frame of the workpiece to the tool's frame.
     #[inline]
     pub fn to_tool(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         let [first, second, third] = self.rotation;

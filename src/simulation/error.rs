@@ -1,4 +1,4 @@
-//! Why a pass cannot be simulated.
+//! Reasons why a pass cannot be simulated.
 
 use std::error::Error;
 use std::fmt;
@@ -6,17 +6,17 @@ use std::fmt;
 use super::force::Unreachable;
 use crate::integrate::{self, RejectionCause};
 
-/// A state at which a step can neither start nor end.
+/// State at which a step can neither start nor end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Obstacle {
-    /// A segment of a spatial motion is at a pole of its coordinates.
+    /// Segment of a spatial motion at a pole of its coordinates.
     Pole {
-        /// Its number, counted from 1.
+        /// Number of the segment, counted from 1.
         segment: usize,
     },
-    /// A segment of a planar motion is folded back on the one inside it.
+    /// Segment of a planar motion that is folded back on the one inside it.
     Fold {
-        /// Its number, counted from 1.
+        /// Number of the segment, counted from 1.
         segment: usize,
     },
 }
@@ -37,17 +37,17 @@ impl fmt::Display for Obstacle {
     }
 }
 
-/// Why the integration of a filament cannot continue.
+/// Reason why the integration of a filament cannot continue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum IntegrationError {
     /// No step can be taken.
     Step(integrate::IntegrationError<Obstacle>),
-    /// The pass takes more work than any pass may, although it may miss the tolerance
+    /// The pass exceeds the work of any pass, although it may miss the tolerance
     /// ([`StepControl::within`](crate::integrate::StepControl::within)).
     TooManySteps {
         /// Steps taken.
         steps: usize,
-        /// The share of the pass that they have passed, from 0 to 1.
+        /// Share of the pass that is done, from 0 to 1.
         share: f64,
         /// Step in s.
         step: f64,
@@ -59,10 +59,17 @@ pub enum IntegrationError {
         /// Normal force in N; negative if it pulls.
         force: f64,
     },
-    /// The filament touches the workpiece where the pass starts, and nowhere before is it free for
-    /// the lead angle.
+    /// The normal of a workpiece is no unit vector where it is touched.
+    Normal {
+        /// Time in s.
+        time: f64,
+        /// Length of the normal.
+        length: f64,
+    },
+    /// The filament touches the workpiece at the start of the pass, and nowhere before is it free
+    /// for the lead angle.
     NotFree,
-    /// It was asked to stop ([`Stop`](super::Stop)).
+    /// A [`Stop`](super::Stop) was requested.
     Stopped,
 }
 
@@ -90,9 +97,14 @@ impl fmt::Display for IntegrationError {
             ),
             Self::Jump { time, force } => write!(
                 formatter,
-                "the contact was not resolved: at t = {time:.9e} s a force jumps by {:.3e} N; try a stiffer contact, a \
-                 smaller relative tolerance, or a workpiece without features smaller than a segment",
+                "the contact was not resolved: at t = {time:.9e} s a force jumps by {:.3e} N; also at a tenth of the \
+                 tolerance; try a stiffer contact, or a workpiece without features smaller than a segment",
                 force.abs()
+            ),
+            Self::Normal { time, length } => write!(
+                formatter,
+                "the normal of the workpiece has the length {length:.6} where it is touched at t = {time:.9e} s; \
+                 `Surface` needs a unit vector"
             ),
             Self::NotFree => formatter.write_str(
                 "the filament would start inside the workpiece: before it enters, there is no angle of the tool at which it is \
@@ -111,21 +123,28 @@ impl From<integrate::IntegrationError<Obstacle>> for IntegrationError {
     }
 }
 
-/// Why a pass could not be simulated.
+/// Reason why a pass could not be simulated.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SimulationError {
     /// The integration stopped.
     Integration(IntegrationError),
     /// A metric or a sample is infinite or not a number.
     NotFinite,
-    /// No depth reaches the force that is asked for.
+    /// No depth reaches the required force.
     Force(Unreachable),
     /// Work, energies and losses do not balance.
     Unbalanced {
-        /// What is missing, relative to the sum of the terms.
+        /// Residual of the balance, relative to the sum of the terms.
         residual: f64,
-        /// The largest relative residual of a pass that counts as resolved.
+        /// Largest relative residual of a pass that counts as resolved.
         limit: f64,
+        /// `true` if tool and workpiece are those of the settings.
+        is_rotary: bool,
+    },
+    /// Filaments that are bent by centrifugal forces have no equilibrium to start from.
+    NoEquilibrium {
+        /// Largest angular acceleration of a segment over `ω²`, seen from the tool.
+        residual: f64,
     },
 }
 
@@ -133,10 +152,26 @@ impl fmt::Display for SimulationError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Integration(error) => error.fmt(formatter),
-            Self::Unbalanced { residual, limit } => write!(
+            Self::Unbalanced {
+                residual,
+                limit,
+                is_rotary,
+            } => {
+                let remedy = if *is_rotary {
+                    "try a softer contact, or more damping"
+                } else {
+                    "check the derivatives of the tool and the normals of the workpiece first"
+                };
+                write!(
+                    formatter,
+                    "the contact was not resolved: work and energies of the pass differ by {residual:.1e} of their sum, more than {limit:.0e}, \
+                     also at a tenth of the tolerance; {remedy}"
+                )
+            }
+            Self::NoEquilibrium { residual } => write!(
                 formatter,
-                "the contact was not resolved: work and energies of the pass differ by {residual:.1e} of their sum, more than {limit:.0e}; try a \
-                 smaller relative tolerance, a softer contact, or more damping"
+                "the turning filament has no equilibrium to start from: its segments accelerate by {residual:.1e} ω²; try a lower \
+                 speed, or a stiffer filament"
             ),
             Self::Force(error) => error.fmt(formatter),
             Self::NotFinite => formatter.write_str(

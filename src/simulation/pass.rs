@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::balance::{LARGEST_RESIDUAL, energy_residual, turns_rigidly};
+use super::balance::{MAX_ENERGY_RESIDUAL, energy_residual, turns_rigidly};
 use super::equilibrium::RigidShape;
 use super::error::{IntegrationError, NoContactArc, SimulationError};
 use super::form::{Equations, Form};
@@ -20,8 +20,9 @@ use super::turns::{Itinerary, start_of_turn};
 use crate::contact::{Approach, ContactLaw};
 use crate::equations::linear::{add, dot, scale};
 use crate::equations::{Chain, Clamp, PolarAxis, sin_cos};
+use crate::integrate::IntegrationError::StepTooSmall;
 use crate::integrate::tableau::{ESDIRK54, Tableau};
-use crate::integrate::{SecondOrderSystem, Stepper, Tolerances};
+use crate::integrate::{RejectionCause, SecondOrderSystem, Stepper, Tolerances};
 use crate::model::filament;
 use crate::model::metrics::{ContactRecord, Metrics, NominalContact, RemovalLaw};
 use crate::model::pose::Pose;
@@ -31,11 +32,11 @@ use crate::model::trim::{self, Trim};
 use crate::tool::{ClampMotion, RotaryTool, Tool, Turning};
 use crate::workpiece::{ContactArc, Part, Passage, ProfileCells, Ramp, Workpiece};
 
-/// The method of every pass (docs/methods.md).
+/// Integration method of every pass (docs/methods.md).
 pub(super) const METHOD: &Tableau = &ESDIRK54;
 
-/// How far the nodes of a relaxed filament are ahead of those of a straight one and behind them, as
-/// angles about the tool axis in rad.
+/// Returns the largest angles about the tool axis, in rad, by which nodes of a relaxed filament are
+/// ahead of a straight one and behind it.
 fn reach_around(clamp: &Clamp<f64>, chain: &Chain<f64>) -> [f64; 2] {
     let ([mut x, mut y, _], [direction_x, direction_y, _]) = (clamp.position, clamp.direction);
     let ([mut straight_x, mut straight_y], mut inclination) = ([x, y], 0.0);
@@ -53,20 +54,28 @@ fn reach_around(clamp: &Clamp<f64>, chain: &Chain<f64>) -> [f64; 2] {
     [ahead, behind]
 }
 
-/// Angles that differ by less are those of the same touch.
-const ROUNDING_OF_ANGLES: f64 = 1e-9;
-/// The largest part of a turn in rad in which a relaxed filament is not looked at while it touches.
-const LOOKS: f64 = 1e-3;
+/// Largest angular acceleration of a segment over `ω²` in an equilibrium at the start.
+const LARGEST_ACCELERATION: f64 = 1e-3;
+/// Longest cell of a profile, as a share of the free length: 0.25 mm of the paper's filament.
+const CELL_SHARE: f64 = 1.0 / 160.0;
+/// Tolerance of a pass that is repeated, as a share of the one at which it failed.
+const REFINEMENT: f64 = 0.1;
+/// Largest difference in rad of angles of the same touch.
+const ANGLE_TOLERANCE_RAD: f64 = 1e-9;
+/// Smallest step in rad between checked angles of a rigidly turning filament: its step while it
+/// touches.
+const MIN_ANGLE_STEP_RAD: f64 = 1e-3;
 
-/// A filament that turns rigidly with its tool, above the workpiece as it is at time zero.
+/// Filament that turns rigidly with its tool, above the workpiece as it is at time zero.
 struct Rigid<'a, T, W> {
     filament: &'a Filament<Turning<T>, W>,
-    /// None if it is relaxed.
+    /// Shape of the filament; `None` if it is relaxed.
     shape: Option<&'a RigidShape>,
 }
 
 impl<T: Tool, W: Workpiece> Rigid<'_, T, W> {
-    /// The coordinates of the segments about `z` at the `angle` of the tool (rad), and their rates.
+    /// Returns the coordinates of the segments about `z` at the `angle` of the tool (rad), and
+    /// their rates.
     fn coordinates(&self, angle: f64) -> (Vec<[f64; 2]>, [f64; 2]) {
         let Turning { tool, rate, .. } = &self.filament.motion;
         match self.shape {
@@ -78,8 +87,9 @@ impl<T: Tool, W: Workpiece> Rigid<'_, T, W> {
         }
     }
 
-    /// How far its nodes and the centreline are from touching at the `angle` of the tool (rad), in
-    /// m, and how far they are from the axis; less than zero if they touch.
+    /// Returns the clearance of nodes and centreline in m at the `angle` of the tool (rad),
+    /// negative if they touch. The second value is the largest distance of a node from the axis in
+    /// m.
     fn clearance(&self, angle: f64) -> [f64; 2] {
         let Filament { chain, motion, .. } = self.filament;
         let (q, v) = self.coordinates(angle);
@@ -107,8 +117,9 @@ impl<T: Tool, W: Workpiece> Rigid<'_, T, W> {
         [clear.fold(f64::INFINITY, f64::min), farthest]
     }
 
-    /// By what angle in rad before `entry` it first touches the workpiece, with the angle `lead`
-    /// before in which it is free. None if there is no such angle up to `farthest`.
+    /// Returns the angle in rad before `entry` at which the filament first touches the workpiece,
+    /// after it was free for the angle `lead`. Returns `None` if there is no such angle up to
+    /// `farthest`.
     fn early_touch(&self, entry: f64, lead: f64, farthest: f64) -> Option<f64> {
         let clearance = |early: f64| self.clearance(entry - early);
         let (mut early, mut touched) = (0.0, None);
@@ -122,14 +133,15 @@ impl<T: Tool, W: Workpiece> Rigid<'_, T, W> {
             } else if early - touched.unwrap_or(0.0) >= lead {
                 break;
             }
-            // A gap changes by no more than twice the way.
-            early += (clear / (2.0 * radius)).clamp(LOOKS, LOOKS.max(lead));
+            // A gap changes by at most twice the way.
+            early +=
+                (clear / (2.0 * radius)).clamp(MIN_ANGLE_STEP_RAD, MIN_ANGLE_STEP_RAD.max(lead));
         }
         let Some(touched) = touched else {
             return Some(0.0);
         };
-        let (mut low, mut high) = (touched, touched + LOOKS);
-        while high - low > ROUNDING_OF_ANGLES {
+        let (mut low, mut high) = (touched, touched + MIN_ANGLE_STEP_RAD);
+        while high - low > ANGLE_TOLERANCE_RAD {
             let middle = (low + high) / 2.0;
             if clearance(middle)[0] < 0.0 {
                 low = middle
@@ -140,35 +152,36 @@ impl<T: Tool, W: Workpiece> Rigid<'_, T, W> {
         Some(high)
     }
 
-    /// How deep it comes in a turn, in m; less than zero if it does not touch.
+    /// Returns the largest penetration in a turn, in m; negative if the filament does not touch.
     fn depth(&self) -> f64 {
-        const LOOKS: usize = 256;
-        let clear = (0..LOOKS).map(|i| self.clearance(TAU * i as f64 / LOOKS as f64)[0]);
+        const CHECKED_ANGLES: usize = 256;
+        let clear =
+            (0..CHECKED_ANGLES).map(|i| self.clearance(TAU * i as f64 / CHECKED_ANGLES as f64)[0]);
         -clear.fold(f64::INFINITY, f64::min)
     }
 }
 
-/// One pass of a filament over a workpiece, as integrated by [`simulate`](super::simulate).
+/// Pass of a filament over a workpiece, as integrated by [`simulate`](super::simulate).
 ///
-/// It starts with a relaxed filament that turns rigidly with the tool, at the lead angle before
-/// nominal entry, or before the first touch of that filament where this is earlier: a wavy one
-/// reaches ahead of a straight one, and its contact radius makes one thicker. It ends at the tail
-/// angle after nominal exit, later by as much as a wavy filament reaches behind a straight one, or,
-/// if the filament still touches the workpiece there, when it no longer does. With several
-/// [`Turns`] it goes on to the end of the last one: after each contact, the filament turns on,
-/// vibrates freely, and comes back as it is.
+/// A pass starts with a relaxed filament that turns rigidly with the tool, at the lead angle before
+/// nominal entry. Where that filament would touch earlier, the pass starts at the lead angle before
+/// its first touch: wavy filaments reach ahead of straight ones, and a contact radius makes them
+/// thicker. It ends at the tail angle after nominal exit, plus the angle by which a wavy filament
+/// reaches behind a straight one. If the filament still touches there, the pass ends with the
+/// contact. With several [`Turns`] it ends with the last one. After each contact the filament turns
+/// on, vibrates freely, and returns in its actual state.
 ///
 /// Where tool, workpiece and gravity make the motion planar ([`Tool::is_planar`],
-/// [`Workpiece::is_planar`]), it is integrated in the plane of rotation, and a result depends
-/// neither on rounding nor on how the set-up is turned about `z`.
+/// [`Workpiece::is_planar`]), it is integrated in the plane of rotation. A result then depends
+/// neither on rounding nor on a rotation of the set-up about `z`.
 #[derive(Clone, Debug)]
 pub struct Pass<T = RotaryTool, W = Part> {
     filament: Filament<Turning<T>, W>,
     form: Form,
     nominal: NominalContact,
-    /// The times in s between which the undeformed filament touches the workpiece.
+    /// Times in s between which the undeformed filament touches the workpiece.
     touches: Vec<[f64; 2]>,
-    /// Whether that is the whole turn. The workpiece then comes up in the turn before the first.
+    /// `true` if that is the whole turn. The workpiece then rises in the turn before the first.
     all_round: bool,
     setting: Setting,
     filament_length: f64,
@@ -178,24 +191,26 @@ pub struct Pass<T = RotaryTool, W = Part> {
     tail_angle: f64,
     turns: Turns,
     stop: Option<Stop>,
+    /// `true` if this pass repeats one that failed at a larger tolerance.
+    is_refined: bool,
 }
 
 impl Pass {
-    /// The pass of the tool and the workpiece that `settings` state, of the filament in the middle
-    /// of the trim.
+    /// Creates the pass of the tool and the workpiece that `settings` state, for the filament in
+    /// the middle of the trim.
     ///
     /// # Panics
-    /// If the settings fail [`Settings::check`] because their workpiece is not possible.
+    /// If the settings fail [`Settings::check`] because of their workpiece.
     pub fn new(settings: &Settings) -> Self {
         Self::at(settings, 0.0)
     }
 
-    /// The same of the filament that comes deepest.
+    /// Creates the pass of the deepest filament.
     pub(crate) fn deepest(settings: &Settings) -> Self {
         Self::at(settings, trim::deepest(settings))
     }
 
-    /// The same of the filament at the place `s` (m) of the trim.
+    /// Creates the pass of the filament at the place `s` (m) of the trim.
     ///
     /// # Panics
     /// As [`Pass::new`].
@@ -246,15 +261,15 @@ impl Pass {
         }
     }
 
-    /// The same, onto which the workpiece comes in the turn before the first.
+    /// Lets the workpiece rise to its place in the turn before the first.
     fn on_ramp(mut self, settings: &Settings) -> Self {
-        /// What is left free at the start, as a part of the free length.
-        const FREE: f64 = 1e-6;
+        /// Clearance at the start, over the free length.
+        const START_CLEARANCE_SHARE: f64 = 1e-6;
         let rigid = Rigid {
             filament: &self.filament,
             shape: self.setting.shape.as_ref(),
         };
-        let deepest = rigid.depth() * (1.0 + 1e-3) + FREE * self.filament_length;
+        let deepest = rigid.depth() * (1.0 + 1e-3) + START_CLEARANCE_SHARE * self.filament_length;
         let way = scale(
             settings.process.penetration_depth_m.max(deepest),
             unit_normal(&settings.workpiece),
@@ -269,25 +284,25 @@ impl Pass {
     }
 }
 
-/// How a pass differs from that of any tool over any workpiece.
+/// Properties in which a pass differs from one of any tool over any workpiece.
 #[derive(Clone, Debug)]
 struct Setting {
-    /// From the tool's frame, in which everything is computed, to that of the workpiece.
+    /// Pose from the tool's frame, in which everything is computed, to the frame of the workpiece.
     pose: Pose,
-    /// The shape at the start, unless that is the relaxed one.
+    /// Shape at the start; `None` if that is the relaxed one.
     shape: Option<RigidShape>,
-    /// Whether the tool is that of the settings.
+    /// `true` if the tool comes from the settings.
     is_rotary: bool,
-    /// How far from the axis the filaments of a trim can come on which they differ, in m.
+    /// Largest distance from the axis, in m, of filaments on a trim along which they differ.
     reach: f64,
-    /// The penetration depth in m, as the settings state it.
+    /// Penetration depth in m, as the settings state it.
     depth: f64,
-    /// What its work removes.
+    /// Coefficients of removal and wear.
     removal: RemovalLaw,
 }
 
 impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
-    /// The pass of `tool` over `workpiece`. `settings` state everything else.
+    /// Creates the pass of `tool` over `workpiece`. `settings` state everything else.
     ///
     /// The tool turns at `ω = v_b/R`, with `v_b` from the settings and the tool's own radius. The
     /// settings of the body's radius, of the kind and pose of the tool, the workpiece and the
@@ -341,14 +356,13 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         } = settings;
         let nominal = NominalContact::new(tool_radius, process.brushing_velocity_m_s, &passage);
         let ContactArc { middle, angle } = passage.window;
-        // A rate that is small for a vibrating filament, so that a slow tool does not require
-        // absurd precision.
+        // A rate that is small for a vibrating filament: slow tools need no finer scale.
         let slow_rate = 0.01 * filament::first_natural_frequency(filament);
         let gravity = setting.pose.to_tool(process.gravity_m_s2);
         let planar = tool.is_planar() && workpiece.is_planar() && gravity[2] == 0.0;
         let chain = filament::chain(filament, gravity);
-        // A straight, thin filament of a tool from the settings touches no earlier than the
-        // undeformed one: it is the undeformed one.
+        // A straight, thin filament of a tool from the settings is the undeformed one, and touches
+        // no earlier.
         let is_nominal = setting.is_rotary
             && setting.shape.is_none()
             && contact.radius_m == 0.0
@@ -386,9 +400,10 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
             // Bent filaments may touch during the whole turn where straight ones do not.
             all_round = early.is_none() && setting.shape.is_some();
             let early = early.unwrap_or(0.0);
-            if early > ahead + ROUNDING_OF_ANGLES {
+            if early > ahead + ANGLE_TOLERANCE_RAD {
                 lead_angle = process.lead_angle_rad + early;
-                // They are bent in the plane of the axis, and leave as late as they come early.
+                // Filaments are bent in the plane of the axis, and leave as late as they come
+                // early.
                 tail_angle += if setting.shape.is_some() { early } else { 0.0 };
             }
         }
@@ -398,9 +413,11 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         filament.motion.initial_angle = entry - lead_angle;
         let time = |angle: f64| (lead_angle + angle) / nominal.rate();
         let rate_scale = (nominal.brushing_velocity / filament_length).max(slow_rate);
-        // Where a node comes off, the force on it ceases while contact damping still takes what is
-        // stored: the motion does not show it.
+        // Where a node comes off, its force ceases while contact damping still takes the stored
+        // energy. The motion does not show this.
         let damps = filament.law.damping > 0.0;
+        let touching: f64 = passage.touches.iter().map(|[from, to]| to - from).sum();
+        let soft = filament.law.force_at_rest(setting.depth) * touching / nominal.rate();
         let energy = if damps {
             mass * (rate_scale * filament_length).powi(2)
         } else {
@@ -426,9 +443,11 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
                 relative: solver.relative_tolerance,
                 coordinate_scale: 1.0,
                 rate_scale,
-                // A tenth of the momentum of the filament: against all of it, friction that
-                // reverses was not resolved.
-                integral_scales: [mass * nominal.brushing_velocity, energy].map(|size| 0.1 * size),
+                // A tenth of the momentum of the filament: the whole momentum did not resolve
+                // reversals of friction. A very soft contact has less: its impulse on an undeformed
+                // filament.
+                integral_scales: [(mass * nominal.brushing_velocity).min(soft), energy]
+                    .map(|size| 0.1 * size),
             },
             lead_angle,
             tail_angle,
@@ -438,13 +457,14 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
                 Turns::default()
             }),
             stop: None,
+            is_refined: false,
         }
     }
 
-    /// The same pass, integrated in space even if it is planar.
+    /// Returns the pass integrated in space even if it is planar.
     ///
-    /// For comparisons: where the motion is laterally unstable, rounding decides whether the
-    /// filament then leaves the plane.
+    /// This is for comparisons: if the motion is laterally unstable, rounding decides whether the
+    /// filament leaves the plane.
     #[must_use]
     pub fn in_space(self) -> Self {
         Self {
@@ -453,7 +473,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         }
     }
 
-    /// The same pass, which ends early with [`IntegrationError::Stopped`] once `stop` is requested.
+    /// Lets the pass end early with [`IntegrationError::Stopped`] once `stop` is requested.
     #[must_use]
     pub fn until(self, stop: &Stop) -> Self {
         Self {
@@ -462,43 +482,65 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         }
     }
 
-    /// The form of the equations: planar if the motion is planar by symmetry.
+    /// Returns this pass at a tenth of its tolerance, if shorter steps may mend `error` and it was
+    /// not refined before.
+    pub(super) fn refined(&self, error: &SimulationError) -> Option<Self> {
+        let is_mendable = match error {
+            SimulationError::Unbalanced { .. }
+            | SimulationError::Integration(IntegrationError::Jump { .. }) => true,
+            // Shorter steps do not lower an estimate that stays above the tolerance.
+            SimulationError::Integration(IntegrationError::Step(StepTooSmall {
+                cause, ..
+            })) => *cause != RejectionCause::Error,
+            _ => false,
+        };
+        (is_mendable && !self.is_refined).then(|| Self {
+            tolerances: Tolerances {
+                relative: REFINEMENT * self.tolerances.relative,
+                ..self.tolerances
+            },
+            is_refined: true,
+            ..self.clone()
+        })
+    }
+
+    /// Returns the form of the equations: planar if the motion is planar by symmetry.
     pub fn form(&self) -> Form {
         self.form
     }
 
-    /// The workpiece.
+    /// Returns the workpiece.
     pub fn workpiece(&self) -> &W {
         &self.filament.workpiece
     }
 
-    /// The pose of the tool: everything of the pass is in the frame of the tool, samples and
-    /// metrics in that of the workpiece.
+    /// Returns the pose of the tool. The pass is in the frame of the tool; samples and metrics are
+    /// in the frame of the workpiece.
     pub fn pose(&self) -> &Pose {
         &self.setting.pose
     }
 
-    /// The tool and its rotation.
+    /// Returns the tool and its rotation.
     pub fn tool(&self) -> &Turning<T> {
         &self.filament.motion
     }
 
-    /// The filament, its contact law and the workpiece.
+    /// Returns the filament, its contact law and the workpiece.
     pub fn filament(&self) -> &Filament<Turning<T>, W> {
         &self.filament
     }
 
-    /// The undeformed tool's passage over the workpiece.
+    /// Returns the undeformed tool's passage over the workpiece.
     pub fn nominal(&self) -> &NominalContact {
         &self.nominal
     }
 
-    /// The turns that it takes.
+    /// Returns the turns of the pass.
     pub fn turns(&self) -> Turns {
         self.turns
     }
 
-    /// The properties that passes must share with this one to be simulated side by side.
+    /// Returns the properties that passes must share with this one to be simulated side by side.
     pub fn kind(&self) -> Kind {
         Kind::new(
             self.form,
@@ -508,8 +550,8 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         )
     }
 
-    /// The polar axis of the coordinates at the start: `x` for filaments that stand along `z`, or
-    /// nearly so. They then seldom change to other coordinates on their way round.
+    /// Returns the polar axis of the coordinates at the start: `x` for filaments along `z`, or
+    /// nearly so. Their chart then seldom changes during a turn.
     fn axis(&self) -> PolarAxis {
         let shape = self.setting.shape.as_ref();
         let is_straight = self.filament.chain.is_relaxed_straight();
@@ -520,34 +562,35 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         }
     }
 
-    /// The equations to integrate; see [`FilamentSystem::new`].
+    /// Returns the equations to integrate; see [`FilamentSystem::new`].
     pub fn system(&self, tracks_energy: bool) -> FilamentSystem<Turning<T>, W> {
         FilamentSystem::side_by_side(self.form, vec![self.filament.clone()], tracks_energy)
     }
 
-    /// The system of this pass, with the integrals that `sampling` needs.
+    /// Returns the system of this pass, with the integrals that `sampling` needs.
     pub(super) fn system_for(&self, sampling: Sampling) -> FilamentSystem<Turning<T>, W> {
         self.system(self.tracks_energy(sampling))
     }
 
-    /// Whether all energies are integrated: because `sampling` needs them, or their balance the
-    /// work of the clamp.
+    /// Returns `true` if all energies are integrated: `sampling` needs them, or the energy balance
+    /// needs the work of the clamp.
     pub(super) fn tracks_energy(&self, sampling: Sampling) -> bool {
         sampling.tracks_energy() || self.integrates_work()
     }
 
-    /// Whether the work of the clamp has to be integrated for the balance of the energies.
+    /// Returns `true` if the energy balance needs the integrated work of the clamp.
     fn integrates_work(&self) -> bool {
         !turns_rigidly(&self.filament)
     }
 
-    /// The start at time zero: in the relaxed shape, and turning rigidly with the body.
+    /// Returns the start at time zero: the filament turns rigidly with the body, relaxed or in
+    /// relative equilibrium.
     pub fn start(&self, system: &mut FilamentSystem<Turning<T>, W>) -> FilamentState {
         let [q, v] = self.start_coordinates();
         system.state_about(self.axis(), 0.0, q, v)
     }
 
-    /// The coordinates and rates at the start, about `z`.
+    /// Returns the coordinates and rates at the start, about `z`.
     fn start_coordinates(&self) -> [Vec<[f64; 2]>; 2] {
         let rigid = Rigid {
             filament: &self.filament,
@@ -563,9 +606,9 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         [q, rates]
     }
 
-    /// The largest angular acceleration of a segment at the start, in the frame that turns with the
-    /// tool and over the square of its rate: zero in a relative equilibrium. Zero, too, for
-    /// filaments that do not start in one.
+    /// Returns the largest angular acceleration of a segment at the start, in the tool's turning
+    /// frame and over its squared rate. It is zero in a relative equilibrium, and for filaments
+    /// that start relaxed.
     fn equilibrium_residual(&self) -> f64 {
         if self.setting.shape.is_none() {
             return 0.0;
@@ -581,9 +624,9 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         bends.fold(0.0, f64::max)
     }
 
-    /// The time in s at which the pass ends: that of its turns or, of a single one, that to the
-    /// tail angle. It can end earlier if it becomes steady, and later if the filament of a single
-    /// turn still touches the workpiece.
+    /// Returns the end of the pass in s: the end of its last turn or the tail angle of a single
+    /// one. A pass can end earlier if it becomes steady, and later if the filament of a single turn
+    /// still touches the workpiece.
     pub fn end_time(&self) -> f64 {
         match self.turns.at_most() {
             0 | 1 if !self.all_round => self.pass_time(),
@@ -591,18 +634,18 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         }
     }
 
-    /// The turns before the first one that counts: one in which the workpiece comes up to filaments
-    /// that touch it all round.
+    /// Returns the number of turns before the first that counts: one if the workpiece rises to
+    /// filaments that touch it all round.
     fn turns_before(&self) -> usize {
         usize::from(self.all_round)
     }
 
-    /// The time of a whole turn of the tool in s.
+    /// Returns the duration of a turn of the tool in s.
     pub fn turn_time(&self) -> f64 {
         TAU / self.filament.motion.rate
     }
 
-    /// The time in s from the beginning of a turn to its tail angle.
+    /// Returns the time in s from the beginning of a turn to its tail angle.
     fn pass_time(&self) -> f64 {
         if self.all_round {
             return self.turn_time();
@@ -610,9 +653,9 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         (self.lead_angle + self.nominal.window.angle + self.tail_angle) / self.filament.motion.rate
     }
 
-    /// The times of nominal entry and nominal exit in s, in the first turn: between them lie all
-    /// [touches](Pass::touches). Without any they are those at which the tips pass the plane `y =
-    /// 0`.
+    /// Returns the times of nominal entry and nominal exit in s, in the first turn. All
+    /// [touches](Pass::touches) lie between them. Without touches the tips pass the plane `y = 0`
+    /// at these times.
     pub fn nominal_times(&self) -> [f64; 2] {
         match (self.touches().first(), self.touches().last()) {
             (Some([entry, _]), Some([_, exit])) => [*entry, *exit],
@@ -621,9 +664,9 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         }
     }
 
-    /// The times in s between which the undeformed filament touches the workpiece in the first
-    /// turn. Those of later turns are a whole number of turns later, also where the workpiece has
-    /// moved on.
+    /// Returns the times in s between which the undeformed filament touches the workpiece in the
+    /// first turn. Touches of later turns are a whole number of turns later, also where the
+    /// workpiece has moved on.
     pub fn touches(&self) -> Vec<[f64; 2]> {
         let before = start_of_turn(self.turns_before(), self.turn_time());
         self.touches
@@ -667,7 +710,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         )
     }
 
-    /// An observer that reduces the steps of the last turn of this pass to the data for its
+    /// Creates an observer that reduces the steps of the last turn of this pass to the data for its
     /// metrics.
     pub fn observer(&self) -> ContactObserver<Turning<T>, W> {
         ContactObserver::new(
@@ -680,7 +723,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         .with_lateral_tilt(self.setting.shape.is_none() && self.setting.pose == Pose::UPRIGHT)
     }
 
-    /// The metrics from the record of this pass's observer.
+    /// Computes the metrics from the record of this pass's observer.
     pub fn metrics(&self, record: &ContactRecord) -> Metrics {
         let vector_impulse = self.setting.pose.from_tool(record.vector_impulse);
         let record = ContactRecord {
@@ -707,9 +750,9 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         self.simulate_telling(sampling, |_| ())
     }
 
-    /// [`Pass::simulate`], which tells after each step what share of the pass is done, from 0 to 1.
-    /// Turns that are followed until they are steady count as many; if they are sampled, they are
-    /// first followed to find out when they end.
+    /// Simulates as [`Pass::simulate`] does, and tells after each step the share of the pass that
+    /// is done, from 0 to 1. For steady turns the share assumes the largest number of turns. If
+    /// they are sampled, a first run finds their end.
     ///
     /// # Errors
     /// As for [`Pass::simulate`].
@@ -725,25 +768,32 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         })
     }
 
-    /// The part of the profile of the workpiece that the filament can touch during the pass; none
-    /// if the workpiece has no profile.
+    /// Returns the part of the workpiece's profile that the filament can touch during the pass;
+    /// `None` if there is no profile.
     pub fn profile(&self) -> Option<ProfileCells> {
         let workpiece = &self.filament.workpiece;
         let [x, y, _] = workpiece.surface([0.0; 3], 0.0).velocity;
-        // A filament reaches no farther than stretched out, and its contact radius beyond.
+        // A filament reaches no farther than stretched out, plus its contact radius.
         let [root_x, root_y, _] = self.filament.motion.at(0.0).position;
         let stretched = (root_x.hypot(root_y) + self.filament_length).max(self.setting.reach);
         let radius = self.nominal.tool_radius;
-        let radius = if stretched > radius * (1.0 + ROUNDING_OF_ANGLES) {
+        let radius = if stretched > radius * (1.0 + ANGLE_TOLERANCE_RAD) {
             stretched
         } else {
             radius
         };
-        workpiece.profile(radius + self.filament.law.radius + self.end_time() * x.hypot(y))
+        self.outline(radius + self.filament.law.radius + self.end_time() * x.hypot(y))
     }
 
-    /// The time in s at which the pass will end, if that is likely to be known. Samples are taken
-    /// at equal distances up to there.
+    /// The profile of the workpiece within the distance `reach` (m) of the tool axis; none if it
+    /// has no profile.
+    pub fn outline(&self, reach: f64) -> Option<ProfileCells> {
+        let longest = CELL_SHARE * self.filament_length;
+        self.filament.workpiece.profile(reach, longest)
+    }
+
+    /// Returns the likely end of the pass in s, if it is known. Samples are equally spaced up to
+    /// it.
     pub(super) fn expected_end(&self) -> Option<f64> {
         (self.turns != Turns::Steady).then(|| self.end_time())
     }
@@ -759,14 +809,14 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         )
     }
 
-    /// The trajectory of the pass in `system`, at its start, as far as the tail angle of the first
-    /// turn.
+    /// Creates the trajectory of the pass in `system`, from its start to the tail angle of the
+    /// first turn.
     pub fn trajectory(&self, system: &mut FilamentSystem<Turning<T>, W>) -> Trajectory {
         let start = self.start(system);
         self.trajectory_from(system, start)
     }
 
-    /// The same from another `start`.
+    /// Creates that trajectory from another `start`.
     fn trajectory_from(
         &self,
         system: &mut FilamentSystem<Turning<T>, W>,
@@ -782,7 +832,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
             .until(self.stop.clone())
     }
 
-    /// The results of a pass whose last turn has ended.
+    /// Returns the results of a pass whose last turn has ended.
     pub(super) fn conclude(
         &self,
         observer: &ContactObserver<Turning<T>, W>,
@@ -833,11 +883,17 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
             shapes.clear();
             profile.clear();
         }
-        let limit = LARGEST_RESIDUAL.max(10.0 * self.tolerances.relative);
+        let limit = MAX_ENERGY_RESIDUAL.max(10.0 * self.tolerances.relative);
         if energy_residual > limit {
             return Err(SimulationError::Unbalanced {
                 residual: energy_residual,
                 limit,
+                is_rotary: self.setting.is_rotary,
+            });
+        }
+        if record.equilibrium_residual > LARGEST_ACCELERATION {
+            return Err(SimulationError::NoEquilibrium {
+                residual: record.equilibrium_residual,
             });
         }
         Ok(Simulation {
@@ -854,7 +910,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
 }
 
 impl Kind {
-    /// The kind of the pass that `settings` state.
+    /// Returns the kind of the pass that `settings` state.
     pub fn of(settings: &Settings) -> Self {
         Pass::new(settings).kind()
     }

@@ -14,17 +14,17 @@ use crate::model::settings::Settings;
 use crate::tool::{RotaryTool, Tool, Turning};
 use crate::workpiece::{Part, Workpiece};
 
-/// A pass to simulate, with the number under which it is reported.
+/// Pass to simulate, with the number under which it is reported.
 #[derive(Clone, Debug)]
 pub struct Job<T = RotaryTool, W = Part> {
-    /// The number.
+    /// Number under which the pass is reported.
     pub number: usize,
-    /// The pass.
+    /// Pass to simulate.
     pub pass: Pass<T, W>,
 }
 
 impl Job {
-    /// The pass that `settings` state, under `number`.
+    /// Creates the job of the pass that `settings` state, under `number`.
     pub fn new(number: usize, settings: &Settings) -> Self {
         Self {
             number,
@@ -33,10 +33,11 @@ impl Job {
     }
 }
 
-/// Simulates the jobs that `take` returns, [`LANES`](crate::equations::LANES) at a time, and reports each to `done`.
+/// Simulates the jobs that `take` returns, [`LANES`](crate::equations::LANES) at a time. Reports
+/// each to `done`.
 ///
 /// Whenever a lane is free, `take` is called for a job of the given kind, or of any kind. Each lane
-/// goes at its own pace. A job of another kind than the given one is simulated alone. A result
+/// has its own step size. A job of another kind than the given one is simulated alone. A result
 /// equals that of [`Pass::simulate`] to the bit, whatever the other lanes hold.
 pub fn simulate_side_by_side(
     take: impl FnMut(Option<Kind>) -> Option<Job>,
@@ -45,7 +46,7 @@ pub fn simulate_side_by_side(
     sample_side_by_side(Sampling::default(), take, done);
 }
 
-/// [`simulate_side_by_side`], with the samples that `sampling` requests.
+/// Simulates as [`simulate_side_by_side`] does, with the samples that `sampling` requests.
 pub fn sample_side_by_side(
     sampling: Sampling,
     mut take: impl FnMut(Option<Kind>) -> Option<Job>,
@@ -54,7 +55,7 @@ pub fn sample_side_by_side(
     sample_jobs(sampling, &mut take, &mut done);
 }
 
-/// [`sample_any_side_by_side`], compiled and optimised once here rather than again for each caller
+/// Calls [`sample_any_side_by_side`]. It is compiled and optimised once here, not for each caller
 /// in each crate.
 fn sample_jobs(
     sampling: Sampling,
@@ -64,7 +65,7 @@ fn sample_jobs(
     sample_any_side_by_side(sampling, take, done);
 }
 
-/// [`sample_side_by_side`] for passes of any tool over any workpiece.
+/// Extends [`sample_side_by_side`] to passes of any tool over any workpiece.
 pub fn sample_any_side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
     sampling: Sampling,
     mut take: impl FnMut(Option<Kind>) -> Option<Job<T, W>>,
@@ -98,7 +99,7 @@ pub(super) fn simulate_one<T: Tool + Clone, W: Workpiece + Clone>(
     result.expect("the job is reported")
 }
 
-/// A job being simulated.
+/// Job that is being simulated.
 struct Run<T, W> {
     number: usize,
     pass: Pass<T, W>,
@@ -106,17 +107,14 @@ struct Run<T, W> {
     sampler: Sampler,
     trajectory: Trajectory,
     itinerary: Itinerary,
-    /// The expected end in s.
+    /// Expected end in s.
     duration: f64,
 }
 
 impl<T: Tool + Clone, W: Workpiece + Clone> Run<T, W> {
-    /// Reports a job whose pass has ended. If its samples need another end, the job is to be
-    /// repeated with that one (s).
-    fn report(
-        self,
-        done: &mut dyn FnMut(usize, Result<Simulation, SimulationError>),
-    ) -> Option<(Job<T, W>, f64)> {
+    /// Concludes a pass that has ended with `outcome`. The job is to be repeated if its samples
+    /// need another end, or if shorter steps may mend its error.
+    fn end(self, outcome: Result<(), SimulationError>) -> Ended<T, W> {
         let Self {
             number,
             pass,
@@ -127,15 +125,28 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Run<T, W> {
             ..
         } = self;
         let end_time = trajectory.start().time;
-        if !sampler.covers(end_time) {
-            return Some((Job { number, pass }, end_time));
+        if outcome.is_ok() && !sampler.covers(end_time) {
+            return Ended::Again(Job { number, pass }, Some(end_time));
         }
-        done(
-            number,
-            pass.conclude(&observer, &trajectory, itinerary, sampler),
-        );
-        None
+        let result =
+            outcome.and_then(|()| pass.conclude(&observer, &trajectory, itinerary, sampler));
+        let refined = result.as_ref().err().and_then(|error| pass.refined(error));
+        match refined {
+            Some(pass) => {
+                let end_time = pass.expected_end();
+                Ended::Again(Job { number, pass }, end_time)
+            }
+            None => Ended::Done(number, result),
+        }
     }
+}
+
+/// Outcome of a pass that has ended.
+enum Ended<T, W> {
+    /// The result of the job with this number.
+    Done(usize, Result<Simulation, SimulationError>),
+    /// A job to simulate, with samples up to an end in s.
+    Again(Job<T, W>, Option<f64>),
 }
 
 /// Lanes for passes of the same kind, or one for any pass.
@@ -143,11 +154,11 @@ struct Batch<T, W, L: Compiled> {
     kind: Kind,
     system: FilamentSystem<Turning<T>, W, L>,
     stepper: Stepper<L, COORDINATES, { super::integral::COUNT }>,
-    /// One per lane.
+    /// Run of each lane, if it has one.
     runs: Vec<Option<Run<T, W>>>,
     steps: L,
     sampling: Sampling,
-    /// The polar axis of all coordinates.
+    /// Polar axis of all coordinates.
     axis: PolarAxis,
 }
 
@@ -170,8 +181,8 @@ impl<T: Tool + Clone, W: Workpiece + Clone, L: Compiled> Batch<T, W, L> {
         }
     }
 
-    /// Simulates the jobs that `take` returns, until there are no more, and those that are in
-    /// lanes. Calls `tell` after each step with the share of its pass that is done.
+    /// Simulates the jobs in lanes and the jobs that `take` returns, until there are no more. Calls
+    /// `tell` after each step with the share of its pass that is done.
     fn run(
         &mut self,
         mut take: impl FnMut() -> Option<Job<T, W>>,
@@ -179,7 +190,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone, L: Compiled> Batch<T, W, L> {
         tell: &mut dyn FnMut(f64),
     ) {
         loop {
-            // A job that has ended may be followed by others.
+            // Other jobs may follow one that has ended.
             let mut exhausted = false;
             for lane in 0..L::LANES {
                 while !self.prepare(lane, done) && !exhausted {
@@ -217,9 +228,29 @@ impl<T: Tool + Clone, W: Workpiece + Clone, L: Compiled> Batch<T, W, L> {
                             tell((step.end.time / run.duration).min(1.0));
                         });
                 if let Err(error) = outcome {
-                    done(run.number, Err(error.into()));
-                    self.runs[lane] = None;
+                    let run = self.runs[lane].take().expect("the lane has a job");
+                    self.settle(lane, run.end(Err(error.into())), done);
                 }
+            }
+        }
+    }
+
+    /// Reports the result of a pass, or starts its job again in the free `lane`. Returns `true` if
+    /// the lane is busy then.
+    fn settle(
+        &mut self,
+        lane: usize,
+        ended: Ended<T, W>,
+        done: &mut dyn FnMut(usize, Result<Simulation, SimulationError>),
+    ) -> bool {
+        match ended {
+            Ended::Done(number, result) => {
+                done(number, result);
+                false
+            }
+            Ended::Again(job, end_time) => {
+                self.start(lane, job, end_time);
+                true
             }
         }
     }
@@ -248,7 +279,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone, L: Compiled> Batch<T, W, L> {
         );
     }
 
-    /// Puts a job into a free lane, wherever it is on its way.
+    /// Puts a job into a free lane, in whatever state it is.
     fn enter(&mut self, lane: usize, run: Run<T, W>) {
         self.system.set_filament(lane, run.pass.filament().clone());
         run.trajectory.enter(lane, &mut self.system);
@@ -257,7 +288,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone, L: Compiled> Batch<T, W, L> {
         self.runs[lane] = Some(run);
     }
 
-    /// Prepares the next step of a lane. Returns false if the lane is free, or its pass has just
+    /// Prepares the next step of a lane. Returns `false` if the lane is free, or its pass has just
     /// ended.
     fn prepare(
         &mut self,
@@ -293,20 +324,12 @@ impl<T: Tool + Clone, W: Workpiece + Clone, L: Compiled> Batch<T, W, L> {
             }
         };
         let run = self.runs[lane].take().expect("the lane has a job");
-        match result {
-            Ok(()) => {
-                if let Some((job, end_time)) = run.report(done) {
-                    self.start(lane, job, Some(end_time));
-                    return self.prepare(lane, done);
-                }
-            }
-            Err(error) => done(run.number, Err(error.into())),
-        }
-        false
+        let ended = run.end(result.map_err(SimulationError::from));
+        self.settle(lane, ended, done) && self.prepare(lane, done)
     }
 
-    /// Keeps a lane without a job at rest in the state of a busy one, with all contacts open, so
-    /// that its numbers stay finite.
+    /// Keeps a lane without a job at rest in the state of a busy one, with all contacts open. Its
+    /// numbers then stay finite.
     fn idle(&mut self, lane: usize, busy: usize) {
         let run = self.runs[busy].as_ref().expect("the lane has a job");
         self.system.open_all(lane);

@@ -1,4 +1,4 @@
-//! One filament's trajectory through its contact: steps that end on located contact events.
+//! Trajectory of one filament through its contact, by steps that end on located contact events.
 
 use super::crossing::{Crossing, GAP_RATE, TooLong, crossing as crossing_of, excess};
 use super::error::IntegrationError;
@@ -18,7 +18,7 @@ use crate::integrate::{
 use crate::tool::ClampMotion;
 use crate::workpiece::Workpiece;
 
-/// How much work `segments` segments may take to advance by `duration` (s).
+/// Returns the work that `segments` segments may take to advance by `duration` (s).
 fn effort(segments: usize, duration: f64) -> Effort {
     let iterations = EFFORT / (segments + SEGMENTS_OF_OVERHEAD) as f64;
     Effort {
@@ -27,36 +27,35 @@ fn effort(segments: usize, duration: f64) -> Effort {
     }
 }
 
-/// The work that a pass may spend, and the free flight after it, in Newton iterations of one
-/// segment: some three seconds of one core. Nearly all passes end with a hundredth of it
-/// (docs/methods.md).
+/// Work that a pass, or the free flight after it, may spend, in Newton iterations of one segment:
+/// some three seconds of one core. Nearly all passes need a hundredth of it (docs/methods.md).
 const EFFORT: f64 = 4e7;
-/// The overhead of an iteration, expressed in segments.
+/// Overhead of an iteration, in segments.
 const SEGMENTS_OF_OVERHEAD: usize = 2;
-/// Newton iterations of a pass with few segments: the work around them matters too.
+/// Largest number of Newton iterations of a pass with few segments: work around the iterations
+/// matters, too.
 const MAX_ITERATIONS: f64 = 2.5e6;
 /// Largest number of repetitions of a step until its end lies on an event: first by Newton's
 /// method, then by bisection to rounding.
 const MAX_NEWTON_LANDINGS: usize = 12;
 const MAX_LANDINGS: usize = 60;
-/// A contact takes over from another one whose penetration is at least this share of its own,
-/// inverted.
-const TAKEN_OVER: f64 = 2.0;
-/// The part of the kinetic energy of the outermost segment that a contact may store when it closes;
-/// the balance of the energies tells whether that matters.
-const UNNOTICED: f64 = 0.1;
-/// How often a step is shortened because another contact has its event before the one on which it
-/// ends.
+/// Largest penetration of a contact that takes over from another, over that of the deepest closed
+/// contact.
+const MAX_TAKEOVER_RATIO: f64 = 2.0;
+/// Largest share of the kinetic energy of the outermost segment that a contact may store when it
+/// closes. The energy balance tells whether that matters.
+const MAX_UNNOTICED_SHARE: f64 = 0.1;
+/// Largest number of times that an earlier event of another contact shortens a step.
 const MAX_EARLIER_LANDINGS: usize = 8;
-/// Of two events, the later one counts as simultaneous within this share of the step.
-const SIMULTANEOUS: f64 = 1e-9;
+/// Share of the step within which the later of two events counts as simultaneous.
+const SIMULTANEOUS_SHARE: f64 = 1e-9;
 
 /// Integrates `system` from `start` to `end_time` (s) and shows each accepted step to `observe`.
 ///
 /// Steps end where a node closes or opens, located to [`Filament::event_tolerance`].
 ///
-/// Between steps, segments near a pole of their coordinates switch to their other chart. A state
-/// records its chart ([`FilamentState::chart`]). Nodes and energies do not depend on it.
+/// Between steps, a chain with a segment near a pole may change its chart. A state records its
+/// chart ([`FilamentState::chart`]). Nodes and energies do not depend on the chart.
 ///
 /// # Errors
 /// If a step cannot be taken.
@@ -79,25 +78,25 @@ pub fn integrate<M: ClampMotion, W: Workpiece>(
     Ok(trajectory.into_end())
 }
 
-/// The trajectory of one filament, advanced by steps that the caller attempts.
+/// Trajectory of one filament, advanced by steps that the caller attempts.
 ///
 /// [`Trajectory::next_step`] gives the step to attempt from [`Trajectory::start`];
 /// [`Trajectory::conclude`] takes its outcome.
 #[derive(Clone, Debug)]
 pub struct Trajectory {
-    /// The times in s between which it is followed for now.
+    /// Times in s between which it is integrated for now.
     begin_time: f64,
     end_time: f64,
-    /// Whether it ends earlier: as soon as no contact is closed.
+    /// `true` if it ends as soon as no contact is closed.
     while_touching: bool,
     tolerances: Tolerances,
-    /// How deep a node may be past its event at the end of a step, in m.
+    /// Largest distance past its event at which a node may end a step, in m.
     location: f64,
-    /// The same where the work is limited.
+    /// That distance where the work is limited.
     coarse_location: f64,
-    /// The force in N above which one that begins or ends is a jump.
+    /// Force in N above which its beginning or end is a jump.
     jump: f64,
-    /// The last contact that opened while it was pressed in: when, in s, and how deep, in m.
+    /// Time in s and penetration in m of the last contact that opened while it was pressed in.
     released: [f64; 2],
     control: StepControl,
     contact_events: usize,
@@ -108,29 +107,30 @@ pub struct Trajectory {
     start_nodes: Nodes,
     end_nodes: Nodes,
     closed: Vec<bool>,
-    /// The segment at which each contact with an edge is at the start, if it is closed.
+    /// Segment of each closed contact with an edge at the start.
     starts: Vec<usize>,
-    /// The energy that each closed contact stored when it closed, in J.
+    /// Energy that each closed contact stored when it closed, in J.
     stored: Vec<f64>,
     phase: Phase,
     stop: Option<Stop>,
     must_be_free: bool,
 }
 
-/// The nodes at one time.
+/// Nodes at one time.
 #[derive(Clone, Debug)]
 struct Nodes {
     knots: Vec<Knot<3>>,
     /// Their largest speed in m/s and acceleration in m/s².
     speed: f64,
     acceleration: f64,
-    /// Lower bounds on how far the contacts are from their events, in m; zero where nothing is
+    /// Lower bounds on the distances of the contacts from their events, in m; zero where nothing is
     /// known.
     distances: Vec<f64>,
 }
 
 impl Nodes {
-    /// The nodes in `knots`, without speed and without the distances of `contacts` contacts.
+    /// Creates the nodes in `knots`, without speed and without the distances of `contacts`
+    /// contacts.
     fn new(knots: Vec<Knot<3>>, contacts: usize) -> Self {
         Self {
             knots,
@@ -154,8 +154,8 @@ impl Nodes {
             (largest(|knot| knot.rate), largest(|knot| knot.acceleration));
     }
 
-    /// Upper bound on how far a node goes from here to where it is at the `end` of a step of the
-    /// length `length` (s), in m: within the step it stays in the hull of its Bézier points (see
+    /// Returns an upper bound in m on the way of a node from here in a step of the length `length`
+    /// (s) to `end`. Within the step the node stays in the hull of its Bézier points (see
     /// [`crossing`](super::crossing)).
     fn way_to(&self, end: &Self, length: f64) -> f64 {
         let square = |(start, end): (&Knot<3>, &Knot<3>)| {
@@ -174,32 +174,32 @@ impl Nodes {
     }
 }
 
-/// The purpose of the next attempt.
+/// Purpose of the next attempt.
 #[derive(Clone, Copy, Debug)]
 enum Phase {
-    /// To advance.
+    /// Advance in time.
     Advance(Proposal),
-    /// To end on an event.
+    /// End on an event.
     Land(Landing),
 }
 
-/// The search for the step that ends on an event: within half of the tolerance or, if rounding
-/// prevents that, at the first instant after the event.
+/// Search for the step that ends on an event: within half of the tolerance or, if rounding prevents
+/// that, at the first instant after the event.
 #[derive(Clone, Copy, Debug)]
 struct Landing {
     crossing: Crossing,
     /// Lengths of steps that end before and after the event, in s.
     low: f64,
     high: f64,
-    /// The length to try next.
+    /// Length to try next.
     length: f64,
     attempts: usize,
-    /// How often an earlier event was found before this one.
+    /// Number of events that were replaced by an earlier one.
     earlier: usize,
 }
 
 impl Landing {
-    /// On `crossing`, before which that number of events was found in the same step.
+    /// Starts the search for `crossing`, which replaces `earlier` later events of the same step.
     fn on(crossing: Crossing, earlier: usize) -> Self {
         let Crossing {
             after,
@@ -207,7 +207,7 @@ impl Landing {
             at_end,
             ..
         } = crossing;
-        // What only the interpolant says is looked at first.
+        // An event that only the interpolant shows is checked first.
         let length = if at_end { after } else { past };
         Self {
             crossing,
@@ -220,14 +220,14 @@ impl Landing {
     }
 }
 
-/// The largest angle in rad by which the body turns in a step. A node that turns by `θ` at a radius
-/// `R` is off by `R θ⁶/46080` between the knots of its interpolant, so that free filaments, whose
-/// steps would be longer, keep their shape in it.
-const LARGEST_TURN: f64 = 0.25;
+/// Largest angle in rad by which the body turns in a step. Between the knots of its interpolant, a
+/// node that turns by `θ` at a radius `R` is off by `R θ⁶/46080`. The limit keeps the interpolated
+/// shape of free filaments, whose steps would be longer.
+const MAX_STEP_TURN_RAD: f64 = 0.25;
 
 impl Trajectory {
-    /// A trajectory from `start` to `end_time` (s). The nodes closed in `system` are closed at its
-    /// start.
+    /// Creates a trajectory from `start` to `end_time` (s). The contacts closed in `system` are
+    /// closed at its start.
     pub fn new<M: ClampMotion, W: Workpiece>(
         system: &mut FilamentSystem<M, W>,
         mut start: FilamentState,
@@ -240,7 +240,7 @@ impl Trajectory {
         let [.., rate] = system.filament(0).motion.at(start.time).angular_velocity;
         let control = StepControl::new(tableau, 1e-3 * duration)
             .within(effort(n, duration))
-            .up_to(LARGEST_TURN / rate.abs());
+            .up_to(MAX_STEP_TURN_RAD / rate.abs());
         let has_two_charts = system.has_two_charts();
         let chart_changes = usize::from(has_two_charts && start.leave_pole());
         let none = Knot {
@@ -290,14 +290,13 @@ impl Trajectory {
         trajectory
     }
 
-    /// The same, which ends with [`IntegrationError::Stopped`] once `stop` is requested.
+    /// Lets the trajectory end with [`IntegrationError::Stopped`] once `stop` is requested.
     #[must_use]
     pub fn until(self, stop: Option<Stop>) -> Self {
         Self { stop, ..self }
     }
 
-    /// The same, which is refused with [`IntegrationError::NotFree`] if a contact is closed at its
-    /// start.
+    /// Refuses a trajectory with [`IntegrationError::NotFree`] if a contact is closed at its start.
     #[must_use]
     pub(super) fn must_be_free(self) -> Self {
         Self {
@@ -306,8 +305,8 @@ impl Trajectory {
         }
     }
 
-    /// Goes on to `end_time` (s) or, `while_touching`, only until no contact is closed. The work is
-    /// limited anew.
+    /// Continues to `end_time` (s) or, with `while_touching`, only until no contact is closed.
+    /// Renews the limit of the work.
     pub fn go_on(&mut self, end_time: f64, while_touching: bool) {
         self.begin_time = self.start.time;
         self.end_time = end_time;
@@ -319,7 +318,7 @@ impl Trajectory {
         }
     }
 
-    /// Whether a contact is closed.
+    /// Returns `true` if a contact is closed.
     pub fn is_touching(&self) -> bool {
         self.closed.contains(&true)
     }
@@ -338,17 +337,17 @@ impl Trajectory {
         }
     }
 
-    /// The state from which the next step starts.
+    /// Returns the state from which the next step starts.
     pub fn start(&self) -> &FilamentState {
         &self.start
     }
 
-    /// The nodes there.
+    /// Returns the nodes at that state.
     pub(super) fn nodes(&self) -> &[Knot<3>] {
         &self.start_nodes.knots
     }
 
-    /// The energy in J that closed contacts have taken over from others.
+    /// Returns the energy in J that closed contacts have taken over from others.
     pub(super) fn taken_over(&self) -> f64 {
         self.closed
             .iter()
@@ -378,23 +377,23 @@ impl Trajectory {
         }
     }
 
-    /// The scales against which errors are measured.
+    /// Returns the scales against which errors are measured.
     pub fn tolerances(&self) -> Tolerances {
         self.tolerances
     }
 
-    /// The final state, and the work done.
+    /// Returns the final state and the work done.
     pub fn into_end(self) -> (FilamentState, Statistics) {
         let statistics = self.statistics();
         (self.start, statistics)
     }
 
-    /// The work done so far.
+    /// Returns the work done so far.
     pub fn statistics(&self) -> Statistics {
         Statistics::new(self.control.work(), self.contact_events, self.chart_changes)
     }
 
-    /// The length in s of the step to attempt next; `None` at the end.
+    /// Returns the length in s of the step to attempt next; `None` at the end.
     ///
     /// # Errors
     /// If no further step is possible.
@@ -430,8 +429,8 @@ impl Trajectory {
         Ok(Some(proposal.step))
     }
 
-    /// Takes the outcome of the attempt that [`Trajectory::next_step`] asked for, made in `lane` of
-    /// `stepper` and `system`. Accepted steps are shown to `observe`.
+    /// Takes the outcome of the attempt of [`Trajectory::next_step`] in `lane` of `stepper` and
+    /// `system`. Calls `observe` with accepted steps.
     ///
     /// # Errors
     /// If the integration cannot continue.
@@ -471,7 +470,7 @@ impl Trajectory {
                 crossing
             }
             Phase::Land(landing) => {
-                // Whatever the result of the landing, the next proposal starts anew.
+                // Even if the landing fails, the next proposal starts anew.
                 if let Err(cause) = outcome {
                     self.phase =
                         Phase::Advance(self.control.propose(self.start.time, self.end_time));
@@ -493,10 +492,10 @@ impl Trajectory {
                 else {
                     return self.shorten(landing.length);
                 };
-                // The repeated step differs from the one in which its end was found.
+                // The repeated step differs from the one in which the event was found.
                 if let Some(other) = other
                     && other.after > 0.0
-                    && other.after < (1.0 - SIMULTANEOUS) * landing.length
+                    && other.after < (1.0 - SIMULTANEOUS_SHARE) * landing.length
                     && landing.earlier < MAX_EARLIER_LANDINGS
                 {
                     self.phase = Phase::Land(Landing::on(other, landing.earlier + 1));
@@ -523,7 +522,7 @@ impl Trajectory {
                 .max(self.just_released());
             self.switch(contact, deepest, lane, system)?;
             for other in 0..self.closed.len() {
-                // Where a node leaves a face, an edge takes over, and the other way round.
+                // Where a node leaves a face, an edge takes over, and vice versa.
                 if other != contact
                     && !self.starts.is_empty()
                     && self.is_past(other, system.filament(lane))
@@ -539,8 +538,7 @@ impl Trajectory {
         Ok(())
     }
 
-    /// Repeats a step of the length `step` (s), which is too long to find the events of a contact,
-    /// shorter.
+    /// Rejects a step of the length `step` (s) that is too long to find the events of a contact.
     fn shorten(&mut self, step: f64) -> Result<(), IntegrationError> {
         self.phase = Phase::Advance(self.control.propose(self.start.time, self.end_time));
         Ok(self
@@ -548,7 +546,7 @@ impl Trajectory {
             .retreat(self.start.time, step, RejectionCause::Error)?)
     }
 
-    /// The deepest penetration of a closed contact at the start, in m.
+    /// Returns the deepest penetration of a closed contact at the start, in m.
     fn deepest<M: ClampMotion, W: Workpiece>(&self, filament: &Filament<M, W>) -> f64 {
         let closed = (0..self.closed.len()).filter(|&contact| self.closed[contact]);
         closed
@@ -556,15 +554,15 @@ impl Trajectory {
             .fold(0.0, f64::max)
     }
 
-    /// `contact` at the start. Where it is closed and has just left its face or edge, as it was
-    /// before: beyond, another one is the nearest.
+    /// Returns `contact` at the start. A closed contact that has just left its face or edge is
+    /// evaluated a little earlier: beyond, another face or edge is the nearest.
     fn approach<M: ClampMotion, W: Workpiece>(
         &self,
         contact: usize,
         filament: &Filament<M, W>,
     ) -> Approach {
-        /// The way back in tolerances of the location of events.
-        const BACK: f64 = 8.0;
+        /// Way back, in tolerances of the location of events.
+        const LOOKBACK_TOLERANCES: f64 = 8.0;
         let at = |back: f64| {
             let nodes = at_knots(filament, &self.start_nodes.knots, self.start.time, back);
             filament
@@ -574,35 +572,34 @@ impl Trajectory {
         let here = at(0.0);
         let has_left = self.closed[contact] && here.margin < 0.0;
         if has_left {
-            at(BACK * self.location / self.start_nodes.speed)
+            at(LOOKBACK_TOLERANCES * self.location / self.start_nodes.speed)
         } else {
             here
         }
     }
 
-    /// How deep the contact was that opened just before the start, in m; zero if there is none.
-    /// Where one contact takes over from another, both events are located to the tolerance, each by
-    /// itself.
+    /// Returns the penetration of the contact that opened just before the start, in m; zero if
+    /// there is none. Where one contact takes over from another, each event is located to the
+    /// tolerance by itself.
     fn just_released(&self) -> f64 {
-        /// The way of a node between both events, in tolerances of their location.
-        const WAY: f64 = 100.0;
+        /// Largest way of a node between both events, in tolerances of their location.
+        const MAX_HANDOVER_TOLERANCES: f64 = 100.0;
         let [time, depth] = self.released;
         let way = (self.start.time - time) * self.start_nodes.speed;
-        if way <= WAY * self.location {
+        if way <= MAX_HANDOVER_TOLERANCES * self.location {
             depth
         } else {
             0.0
         }
     }
 
-    /// Closes or opens `contact` at the start of the next step, before which the deepest closed
-    /// contact was `deepest` (m) inside.
+    /// Closes or opens `contact` at the start of the next step. `deepest` is the penetration of the
+    /// deepest contact that was closed, in m.
     ///
-    /// The energy stored in a contact that closes or opens while it is pressed in is accounted for:
-    /// when one opens because it recedes so fast that its damping would pull, or because the
-    /// filament goes on to another face or edge, its elastic energy does no more work. When a
-    /// contact closes again before it has come out, or takes over from another one, it gets that
-    /// energy back.
+    /// The energy of a contact that closes or opens while it is pressed in is accounted for. It
+    /// opens so if it recedes so fast that its damping would pull, or if the filament moves to
+    /// another face or edge. Its elastic energy then does no more work. A contact that closes again
+    /// before it has come out, or takes over from another one, gets that energy back.
     ///
     /// # Errors
     /// If the force begins or ends with a jump: the event was missed.
@@ -614,17 +611,20 @@ impl Trajectory {
         system: &mut FilamentSystem<M, W, T>,
     ) -> Result<(), IntegrationError> {
         let filament = system.filament(lane);
+        if !self.closed[contact] {
+            self.check_normal(contact, filament)?;
+        }
         let approach = self.approach(contact, filament);
         let force = filament.law.normal_force(&approach);
-        let takes_over = approach.penetration <= TAKEN_OVER * deepest;
+        let takes_over = approach.penetration <= MAX_TAKEOVER_RATIO * deepest;
         let stored = if approach.penetration > 0.0 {
             filament.law.stored_energy(&approach)
         } else {
             0.0
         };
-        // Where a node passes the border of a face and its surface at once, the one delays the
-        // other by what is as little.
-        let noticed = UNNOTICED
+        // Where a node passes the border of a face and its surface at once, one event delays the
+        // other. The stored energy is then below this.
+        let noticed = MAX_UNNOTICED_SHARE
             * 0.5
             * filament.chain.links[self.end.q.len() - 1].mass
             * self.start_nodes.speed.powi(2);
@@ -655,7 +655,27 @@ impl Trajectory {
         Ok(())
     }
 
-    /// Whether `contact` presses at the start although it is open, or the other way round.
+    /// Checks that the normal of the workpiece at the node of `contact` is a unit vector.
+    fn check_normal<M: ClampMotion, W: Workpiece>(
+        &self,
+        contact: usize,
+        filament: &Filament<M, W>,
+    ) -> Result<(), IntegrationError> {
+        /// Largest deviation of the length of a unit vector.
+        const ROUNDING: f64 = 1e-6;
+        let (time, node) = (self.start.time, self.start_nodes.knots.get(contact));
+        let length = node.map_or(1.0, |node| {
+            let normal = filament.workpiece.surface(node.value, time).normal;
+            dot(normal, normal).sqrt()
+        });
+        if (length - 1.0).abs() <= ROUNDING {
+            Ok(())
+        } else {
+            Err(IntegrationError::Normal { time, length })
+        }
+    }
+
+    /// Returns `true` if `contact` presses at the start although it is open, or vice versa.
     fn is_past<M: ClampMotion, W: Workpiece>(
         &self,
         contact: usize,
@@ -665,7 +685,7 @@ impl Trajectory {
         self.excess(contact, filament, &nodes, self.start.time) > -self.location
     }
 
-    /// Whether the contact of `landing` is past its event at the end of the step.
+    /// Returns `true` if the contact of `landing` is past its event at the end of the step.
     fn is_past_at_end<M: ClampMotion, W: Workpiece>(
         &self,
         landing: Landing,
@@ -675,8 +695,8 @@ impl Trajectory {
         self.excess(landing.crossing.contact, filament, &nodes, self.end.time) > 0.0
     }
 
-    /// How far `contact` is past its event, in m; see [`excess`]. `nodes` are those of the filament
-    /// at `time`.
+    /// Returns the distance of `contact` past its event, in m; see [`excess`]. `nodes` are those of
+    /// the filament at `time`.
     fn excess<M: ClampMotion, W: Workpiece>(
         &self,
         contact: usize,
@@ -690,8 +710,8 @@ impl Trajectory {
         excess(self.closed[contact], pressing, self.location)
     }
 
-    /// Integrates alone to the end, or to where [`Trajectory::go_on`] has sent it. `stepper` has
-    /// its [tolerances](Self::tolerances).
+    /// Integrates alone to the end, which [`Trajectory::go_on`] may have moved. `stepper` has the
+    /// trajectory's [tolerances](Self::tolerances).
     ///
     /// # Errors
     /// If a step cannot be taken.
@@ -721,8 +741,8 @@ impl Trajectory {
         }
     }
 
-    /// The earliest event of the step, but for those of the contact `except`, at whose event it
-    /// ends. Finds out how far the contacts are from their events at its end.
+    /// Finds the earliest event of the step, except events of the contact `except`, at whose event
+    /// the step ends. Updates the distances of the contacts from their events at its end.
     fn first_crossing<M: ClampMotion, W: Workpiece>(
         &mut self,
         filament: &Filament<M, W>,
@@ -732,7 +752,7 @@ impl Trajectory {
         let step = self.step();
         let drift = step.length() * surface_speed(filament, &step);
         let way = self.start_nodes.way_to(&self.end_nodes, step.length());
-        // Where the workpiece moves otherwise elsewhere, every contact is looked at.
+        // If the workpiece does not just translate, every contact is checked.
         let reach = if filament.workpiece.translates() {
             GAP_RATE * (way + drift)
         } else {
@@ -768,8 +788,8 @@ impl Trajectory {
         first
     }
 
-    /// The next landing after the attempt of `landing`; `None` if that was close enough to the
-    /// event.
+    /// Returns the next landing after the attempt of `landing`; `None` if that was close enough to
+    /// the event.
     fn correct<M: ClampMotion, W: Workpiece>(
         &self,
         landing: Landing,
@@ -784,14 +804,14 @@ impl Trajectory {
             ..
         } = landing;
         let location = self.location;
-        // A little before the end.
+        // Excess a time `back` before the end.
         let excess = |back: f64| {
             let nodes = at_knots(filament, &self.end_nodes.knots, self.end.time, back);
             self.excess(crossing.contact, filament, &nodes, self.end.time - back)
         };
         let here = excess(0.0);
-        // Where work is limited, the end of a step may lie some depth past the event, but not
-        // before it: the node would switch back.
+        // Where work is limited, a step may end past the event by `depth`, but not before it: the
+        // node would switch back.
         let limited = self
             .control
             .is_at_floor(crossing.past, self.end_time - self.start.time);
@@ -826,8 +846,8 @@ impl Trajectory {
     }
 }
 
-/// The speed of the surface of the workpiece in a step, in m/s: the larger one of those at the tip
-/// at both ends.
+/// Returns the speed of the surface of the workpiece at the tip in m/s: the larger value of both
+/// ends of a step.
 fn surface_speed<M: ClampMotion, W: Workpiece>(filament: &Filament<M, W>, step: &Step<'_>) -> f64 {
     let tip = step.start_nodes.len() - 1;
     let speed = |knot: &Knot<3>, time: f64| {

@@ -1,4 +1,5 @@
-//! Where on a workpiece: its profile in the plane of rotation, cut into cells along its arc length.
+//! Places on a workpiece: its profile in the plane of rotation, cut into cells along its arc
+//! length.
 //!
 //! Arc length grows with the material on the right-hand side: below the tool in the direction in
 //! which filaments sweep. Its origin is the workpiece's own `x = 0` on a plane, a cylinder (the
@@ -8,22 +9,20 @@
 use super::cross;
 use crate::equations::linear::{dot, sub};
 
-/// Longest cell in m.
-const LONGEST_CELL: f64 = 0.25e-3;
 /// Least number of cells of an arc.
-pub(super) const CELLS_OF_ARC: usize = 24;
-/// Largest number of cells of a curve. Cells of curves that would have more are longer.
+pub(super) const MIN_ARC_CELLS: f64 = 24.0;
+/// Largest number of cells of a curve. Curves that would have more have longer cells.
 const MAX_CELLS: f64 = 10_000.0;
 
-/// The directions from a point in which straight lines pass near enough to some others: from the
-/// right one round to the left one, once there are such points. It is empty if the right one is to
-/// the left of the left one.
+/// Directions from a point in which straight lines pass near enough to some others: from the right
+/// one round to the left one, or all before the first such point. The cone is empty if the right
+/// one is to the left of the left one.
 #[derive(Clone, Copy, Debug, Default)]
 struct Cone(Option<[[f64; 2]; 2]>);
 
 impl Cone {
-    /// Leaves the directions that pass a point at `to` within `error` (m): those between the
-    /// tangents of the circle around it.
+    /// Narrows the cone to the directions that pass a point at `to` within `error` (m): those
+    /// between the tangents of the circle around it.
     fn narrow(&mut self, to @ [x, y]: [f64; 2], error: f64) {
         let square = dot(to, to);
         if square <= error * error {
@@ -53,30 +52,30 @@ impl Cone {
 /// A part of the profile of a workpiece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
-    /// The arc lengths at its start and end in m.
+    /// Arc lengths at its start and end in m.
     pub arc_length: [f64; 2],
-    /// The points there in m, as the workpiece lies at time zero.
+    /// Points there in m, as the workpiece lies at time zero.
     pub ends: [[f64; 2]; 2],
-    /// Whether it belongs to an edge.
+    /// `true` if it belongs to an edge.
     pub on_edge: bool,
 }
 
-/// The outline of a workpiece in the plane of rotation, within some distance of the tool axis.
+/// Outline of a workpiece in the plane of rotation, within some distance of the tool axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ProfileCells {
-    /// In order, each from the end of the one before.
+    /// Cells in order, each from the end of the one before.
     pub cells: Vec<Cell>,
-    /// The length of a closed outline in m, if the cells go all the way round.
+    /// Length of a closed outline in m, if the cells go all the way round.
     pub period: Option<f64>,
 }
 
 impl ProfileCells {
     /// Adds cells for the arc lengths from `start` to `end` (m) of a curve with the point `at` (m)
-    /// by arc length: at least `least`.
+    /// by arc length: at least `least`, none longer than `longest` (m).
     pub fn extend(
         &mut self,
         [start, end]: [f64; 2],
-        least: usize,
+        [least, longest]: [f64; 2],
         on_edge: bool,
         at: impl Fn(f64) -> [f64; 2],
     ) {
@@ -84,10 +83,7 @@ impl ProfileCells {
         if length <= 0.0 {
             return;
         }
-        let count = (length / LONGEST_CELL)
-            .ceil()
-            .min(MAX_CELLS)
-            .max(least as f64) as usize;
+        let count = (length / longest).ceil().min(MAX_CELLS).max(least) as usize;
         let place = |index: usize| {
             if index == count {
                 end
@@ -106,7 +102,8 @@ impl ProfileCells {
         self.cells.extend((0..count).map(cell));
     }
 
-    /// The arc lengths between cells in m, ascending: one more than there are cells, or none.
+    /// Returns the arc lengths between cells in m, ascending: one more than there are cells, or
+    /// none.
     pub fn boundaries(&self) -> Vec<f64> {
         let first = self.cells.first().map(|cell| cell.arc_length[0]);
         first
@@ -115,7 +112,7 @@ impl ProfileCells {
             .collect()
     }
 
-    /// The points between cells in m, as the workpiece lies at time zero; see
+    /// Returns the points between cells in m, as the workpiece lies at time zero; see
     /// [`ProfileCells::boundaries`].
     pub fn points(&self) -> Vec<[f64; 2]> {
         let first = self.cells.first().map(|cell| cell.ends[0]);
@@ -125,7 +122,7 @@ impl ProfileCells {
             .collect()
     }
 
-    /// Some of the [`points`](ProfileCells::points): without those that straight lines between the
+    /// Returns the [`points`](ProfileCells::points) without those that straight lines between the
     /// others pass within `error` (m).
     pub fn simplified(&self, error: f64) -> Vec<[f64; 2]> {
         let points = self.points();
@@ -145,7 +142,7 @@ impl ProfileCells {
         kept
     }
 
-    /// Whether it goes round the material: it is closed, and turns in the negative sense.
+    /// Returns `true` if it goes round the material: it is closed, and turns in the negative sense.
     pub fn is_solid(&self) -> bool {
         let area: f64 = self
             .cells
@@ -167,14 +164,15 @@ mod tests {
     #[test]
     fn a_simplified_outline_stays_within_its_error_and_keeps_corners() {
         const ERROR: f64 = 1e-5;
+        const LONGEST: f64 = 0.25e-3;
         let mut outline = ProfileCells::default();
-        outline.extend([0.0, 1.0], 1, false, |s| [s, 0.0]);
-        outline.extend([1.0, 1.3], 100, true, |s| {
+        outline.extend([0.0, 1.0], [1.0, LONGEST], false, |s| [s, 0.0]);
+        outline.extend([1.0, 1.3], [100.0, LONGEST], true, |s| {
             [1.0 + (s - 1.0).sin(), 1.0 - (s - 1.0).cos()]
         });
         let [x, y] = [1.0 + 0.3_f64.sin(), 1.0 - 0.3_f64.cos()];
         // Back by nearly the same way.
-        outline.extend([1.3, 1.6], 1, false, |s| {
+        outline.extend([1.3, 1.6], [1.0, LONGEST], false, |s| {
             [x - (s - 1.3), y + 0.1 * (s - 1.3)]
         });
         let points = outline.points();

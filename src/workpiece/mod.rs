@@ -31,7 +31,7 @@ pub use posed::{Placement, Posed, Ramp};
 pub use profile::{Profile, Stretch};
 pub use spline::{Foot, Spline, SplineError};
 
-/// The point of a workpiece that is nearest to a point of the filament.
+/// Point of a workpiece that is nearest to a point of the filament.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
     /// Distance along the normal in m; negative means that the node is inside.
@@ -40,20 +40,20 @@ pub struct Surface {
     pub normal: [f64; 3],
     /// Velocity of the workpiece there in m/s.
     pub velocity: [f64; 3],
-    /// The tangent across the normal in the plane of the workpiece's profile: where the normal's
-    /// end goes as it turns in the positive sense. Of no meaning on a plane.
+    /// Tangent across the normal in the plane of the workpiece's profile: the way of the normal's
+    /// end as it turns in the positive sense. Without meaning on a plane.
     pub across: [f64; 3],
-    /// By how much the normal turns, in that plane, per length that the point goes across it, in
-    /// rad/m: `κ/(1 + κ g)` with the curvature `κ` of the surface, positive where it is convex, and
-    /// the gap `g`. Zero on a plane.
+    /// Turn of the normal in that plane per path of the point across it, in rad/m: `κ/(1 + κ g)`
+    /// with the curvature `κ` of the surface, positive where it is convex, and the gap `g`. Zero on
+    /// a plane.
     pub turn: f64,
-    /// How far the point is from where it no longer meets this surface, because the nearest point
-    /// of the workpiece is on an edge, in m; negative beyond. Infinite where there is no edge.
+    /// Distance of the point in m from where the nearest point of the workpiece is on an edge, and
+    /// it no longer meets this surface; negative beyond. Infinite without an edge.
     pub margin: f64,
 }
 
 impl Surface {
-    /// The surface of a plane without edges.
+    /// Returns the surface of a plane without edges.
     pub fn flat(gap: f64, normal: [f64; 3], velocity: [f64; 3]) -> Self {
         Self {
             gap,
@@ -65,7 +65,7 @@ impl Surface {
         }
     }
 
-    /// The surface of a profile extruded along `z`, with the outward unit normal `[x, y]`.
+    /// Returns the surface of a profile extruded along `z`, with the outward unit normal `[x, y]`.
     fn of_profile(gap: f64, [x, y]: [f64; 2], velocity: [f64; 3], turn: f64, margin: f64) -> Self {
         Self {
             gap,
@@ -84,15 +84,15 @@ pub struct Edge {
     curve: EdgeCurve,
     /// Velocity of the workpiece in m/s, in its own frame.
     velocity: [f64; 3],
-    /// Where the workpiece is in the frame of the tool; none if both have the same frame.
+    /// Placement of the workpiece in the frame of the tool; `None` if both have the same frame.
     placement: Option<Arc<Placement>>,
 }
 
-/// The curve of an edge at time zero.
+/// Curve of an edge at time zero.
 #[derive(Clone, Debug, PartialEq)]
 enum EdgeCurve {
-    /// From the outward unit normal at its one end to that at the other in the positive sense, by
-    /// less than half a turn. None for a whole circle.
+    /// Arc between two outward unit normals, from one to the other in the positive sense, by less
+    /// than half a turn. `None` for a whole circle.
     Arc {
         centre: [f64; 2],
         radius: f64,
@@ -102,9 +102,9 @@ enum EdgeCurve {
 }
 
 impl Edge {
-    /// An arc about `centre` (m) of the radius `radius` (m). It goes from the first outward unit
-    /// normal of `ends` to the second in the positive sense, by less than half a turn, or all the
-    /// way round. The workpiece moves at `velocity` (m/s).
+    /// Creates an arc about `centre` (m) of the radius `radius` (m). It goes from the first outward
+    /// unit normal of `ends` to the second in the positive sense, by less than half a turn, or all
+    /// the way round. The workpiece moves at `velocity` (m/s).
     pub fn arc(
         centre: [f64; 2],
         radius: f64,
@@ -122,7 +122,7 @@ impl Edge {
         }
     }
 
-    /// The same edge in the frame of a tool.
+    /// Moves the edge to the frame of a tool.
     fn placed(self, placement: Arc<Placement>) -> Self {
         Self {
             placement: Some(placement),
@@ -130,7 +130,7 @@ impl Edge {
         }
     }
 
-    /// Where a point (m) of the frame of the tool is in the plane of the profile at `time` (s).
+    /// Maps a point (m) of the frame of the tool to the plane of the profile at `time` (s).
     #[inline]
     pub fn in_profile(&self, position: [f64; 3], time: f64) -> [f64; 2] {
         let [x, y, _] = self
@@ -140,7 +140,7 @@ impl Edge {
         [x, y]
     }
 
-    /// The part of a vector across the direction along which the edge is extruded.
+    /// Returns the part of a vector across the extrusion of the edge.
     pub fn across_extrusion(&self, vector: [f64; 3]) -> [f64; 3] {
         let [x, y, z] = vector;
         match &self.placement {
@@ -160,7 +160,7 @@ impl Edge {
         }
     }
 
-    /// The smallest radius of curvature in m.
+    /// Returns the smallest radius of curvature in m.
     pub fn radius(&self) -> f64 {
         match &self.curve {
             EdgeCurve::Arc { radius, .. } => *radius,
@@ -168,8 +168,8 @@ impl Edge {
         }
     }
 
-    /// The largest curvatures of the surface from which its gap is the distance, as those of a
-    /// workpiece ([`Workpiece::largest_curvatures`]).
+    /// Returns the largest curvatures of the surface to which its gap is the distance, as
+    /// [`Workpiece::largest_curvatures`].
     pub fn largest_curvatures(&self) -> [f64; 2] {
         match (&self.curve, &self.placement) {
             (_, Some(placement)) if placement.has_ramp() => [f64::INFINITY; 2],
@@ -178,12 +178,11 @@ impl Edge {
         }
     }
 
-    /// The centre of an arc at `time` (s) in m, as all points of its own in the plane of the
-    /// profile.
+    /// Returns the centre of an arc at `time` (s) in m, in the plane of the profile.
     ///
-    /// That of a stretch of a spline is the centre of curvature where the stretch is nearest to
-    /// `point`, or half-way along it: the point of a filament that is nearest to an edge is found
-    /// by alternating with its centre.
+    /// A stretch of a spline has the centre of curvature where it is nearest to `point`, or
+    /// half-way along it: the point of a filament that is nearest to an edge is found by
+    /// alternating with its centre.
     pub fn centre(&self, point: Option<[f64; 2]>, time: f64) -> [f64; 2] {
         let moved = self.moved(time);
         match &self.curve {
@@ -194,12 +193,13 @@ impl Edge {
         }
     }
 
-    /// True if the centre is the same wherever a filament touches.
+    /// Returns `true` if the centre is the same wherever a filament touches.
     pub fn is_arc(&self) -> bool {
         matches!(self.curve, EdgeCurve::Arc { .. })
     }
 
-    /// The point half-way along a stretch of a spline at `time` (s) in m; none of an arc.
+    /// Returns the point half-way along a stretch of a spline at `time` (s) in m; `None` for an
+    /// arc.
     pub fn middle(&self, time: f64) -> Option<[f64; 2]> {
         match &self.curve {
             EdgeCurve::Arc { .. } => None,
@@ -207,8 +207,8 @@ impl Edge {
         }
     }
 
-    /// How far a point (m), as the workpiece has it at time zero, is inside the angle of the edge,
-    /// from the nearer of its sides, in m; negative outside.
+    /// Returns the distance in m of a point (m), at time zero, from the nearer side of the edge's
+    /// angle; negative outside.
     fn inside(&self, point: [f64; 2]) -> f64 {
         match &self.curve {
             EdgeCurve::Arc { ends: None, .. } => f64::INFINITY,
@@ -224,7 +224,7 @@ impl Edge {
         }
     }
 
-    /// Its length in m.
+    /// Returns its length in m.
     pub fn length(&self) -> f64 {
         match &self.curve {
             EdgeCurve::Arc {
@@ -239,8 +239,8 @@ impl Edge {
         }
     }
 
-    /// The part of its length, from 0 to 1, that lies before the point nearest to `position` (m) at
-    /// `time` (s).
+    /// Returns the part of its length, from 0 to 1, that lies before the point nearest to
+    /// `position` (m) at `time` (s).
     pub fn part_before(&self, position: [f64; 3], time: f64) -> f64 {
         let point = sub(self.in_profile(position, time), self.moved(time));
         let before = match &self.curve {
@@ -264,9 +264,9 @@ impl Edge {
         (before / self.length()).clamp(0.0, 1.0)
     }
 
-    /// The angle in rad from the edge's bisector of the normal nearest to `position` (m) at `time`
-    /// (s), positive towards the face that filaments of a tool which turns in the positive sense
-    /// above the edge meet last. On a whole circle it counts from `+y`.
+    /// Returns the angle in rad from the edge's bisector of the normal nearest to `position` (m) at
+    /// `time` (s). It is positive towards the face that filaments meet last, of a tool that turns
+    /// in the positive sense above the edge. On a whole circle it counts from `+y`.
     pub fn angle(&self, position: [f64; 3], time: f64) -> f64 {
         let point = sub(self.in_profile(position, time), self.moved(time));
         let (normal, bisector) = match &self.curve {
@@ -289,7 +289,8 @@ impl Edge {
         if goes_back { -angle } else { angle }
     }
 
-    /// The surface of the edge, as the point of a filament at `position` (m) sees it at `time` (s).
+    /// Returns the surface of the edge, as the point of a filament at `position` (m) sees it at
+    /// `time` (s).
     pub fn surface(&self, position: [f64; 3], time: f64) -> Surface {
         let point = sub(self.in_profile(position, time), self.moved(time));
         let (gap, normal, turn, margin) = match &self.curve {
@@ -322,8 +323,8 @@ impl Edge {
             .map_or(surface, |placement| placement.seen(&surface, time))
     }
 
-    /// The points in m, at time zero, where an arc passes into faces; none if there are none, or if
-    /// the edge is no arc that moves evenly.
+    /// Returns the points in m, at time zero, where an arc passes into faces; `None` if there are
+    /// none, or if the edge is no arc that moves evenly.
     fn borders(&self) -> Option<[[f64; 2]; 2]> {
         match (&self.curve, &self.placement) {
             (_, Some(placement)) if placement.has_ramp() => None,
@@ -339,16 +340,16 @@ impl Edge {
         }
     }
 
-    /// How far the workpiece has moved at `time` (s), in m.
+    /// Returns the displacement of the workpiece at `time` (s) in m.
     fn moved(&self, time: f64) -> [f64; 2] {
         let [x_rate, y_rate, _] = self.velocity;
         [time * x_rate, time * y_rate]
     }
 }
 
-/// A quarter of the least distance in m between two borders of arcs with faces: over a shorter way,
-/// the [margin](Surface::margin) of a point that is no deeper in the workpiece than this depends on
-/// one border. Zero if an edge is not such an arc; infinite without edges.
+/// Returns a quarter of the least distance in m between two borders of arcs with faces. Over a
+/// shorter path, the [margin](Surface::margin) of a point no deeper in the workpiece than this
+/// depends on one border. Zero if an edge is not such an arc; infinite without edges.
 pub(crate) fn border_spacing(edges: &[Edge]) -> f64 {
     let mut least = f64::INFINITY;
     for (index, edge) in edges.iter().enumerate() {
@@ -367,75 +368,72 @@ pub(crate) fn border_spacing(edges: &[Edge]) -> f64 {
     least / 4.0
 }
 
-/// `a × b`: the sine of the angle from `a` to `b`, times their lengths.
+/// Returns `a × b`: the sine of the angle from `a` to `b`, times their lengths.
 #[inline(always)]
 fn cross([x, y]: [f64; 2], [u, v]: [f64; 2]) -> f64 {
     x * v - y * u
 }
 
-/// The geometry and motion of a workpiece.
+/// Geometry and motion of a workpiece.
 ///
 /// The tool turns about the `z` axis of the frame, in the positive direction. [`Posed`] is a
 /// workpiece in the frame of a tool whose axis is tilted against its own `z`.
 pub trait Workpiece {
-    /// The face seen from the node at `position` (m) at `time` (s). The normal should be continuous
-    /// where filaments touch.
+    /// Returns the face seen from the node at `position` (m) at `time` (s). The normal should be
+    /// continuous where filaments touch.
     ///
-    /// The gap is a distance: it must not change by more than twice the way that a position goes
-    /// relative to the workpiece. Nodes that are too far away to arrive are not looked at in every
-    /// step.
+    /// The gap is a distance: it must not change by more than twice the path of a position relative
+    /// to the workpiece. Nodes that are too far away to arrive are not checked in every step.
     fn surface(&self, position: [f64; 3], time: f64) -> Surface;
 
-    /// The edges.
-    ///
-    /// By default there are none.
+    /// Returns the edges; none by default.
     fn edges(&self) -> &[Edge] {
         &[]
     }
 
-    /// True if nothing about the surface depends on `z`: neither gap nor normal, and normal and
-    /// velocity have no component along it. The filaments of a [planar
+    /// Returns `true` if nothing about the surface depends on `z`: neither gap nor normal, and
+    /// normal and velocity have no component along it. The filaments of a [planar
     /// tool](crate::tool::Tool::is_planar) are then simulated in the plane of rotation.
     ///
-    /// The default is false, which is always right.
+    /// The default is `false`, which is always right.
     fn is_planar(&self) -> bool {
         false
     }
 
-    /// True if the workpiece moves without turning or deforming: [`Surface::velocity`] is the same
-    /// everywhere. The search for contact events then leaves out nodes that are far away.
+    /// Returns `true` if the workpiece moves without turning or deforming: [`Surface::velocity`] is
+    /// the same everywhere. The search for contact events then leaves out nodes that are far away.
     ///
-    /// The default is false, which is always right.
+    /// The default is `false`, which is always right.
     fn translates(&self) -> bool {
         false
     }
 
-    /// The largest curvature of the surface in 1/m, where it is convex and where it is concave, if
-    /// the gap is the distance from it and the workpiece moves at a constant velocity. By it the
-    /// search for contact events passes over no feature, however small.
+    /// Returns the largest curvature of the surface in 1/m, where it is convex and where it is
+    /// concave, if the gap is the distance from it and the workpiece moves at a constant velocity.
+    /// The search for contact events then passes over no feature, however small.
     ///
-    /// By default it is unknown: infinite. Features smaller than a segment can then be passed over.
+    /// The default is infinite, as unknown: features smaller than a segment can be passed over.
     fn largest_curvatures(&self) -> [f64; 2] {
         [f64::INFINITY; 2]
     }
 
-    /// The outline in the plane of rotation within the distance `reach` (m) of the tool axis, if
-    /// that is all there is to the workpiece: a profile extruded along `z`.
+    /// Returns the outline in the plane of rotation within the distance `reach` (m) of the tool
+    /// axis, if the workpiece is a profile extruded along `z`. No cell is longer than `longest` (m).
     ///
-    /// By default there is none, and nothing is known of where on the workpiece the work is done.
-    fn profile(&self, _reach: f64) -> Option<ProfileCells> {
+    /// The default is `None`: the place of the work on the workpiece is not known.
+    fn profile(&self, _reach: f64, _longest: f64) -> Option<ProfileCells> {
         None
     }
 
-    /// The arc length in m of the point of the [profile](Workpiece::profile) that is nearest to
-    /// `position` (m) at `time` (s).
+    /// Returns the arc length in m of the point of the [profile](Workpiece::profile) that is
+    /// nearest to `position` (m) at `time` (s).
     fn arc_length(&self, _position: [f64; 3], _time: f64) -> Option<f64> {
         None
     }
 
-    /// The angles of the tool between which its undeformed tips touch the workpiece as it is at
-    /// time zero; none if they never touch, or touch all the time. `tip` gives the position of a
-    /// tip in m by the angle `β` in rad.
+    /// Returns the angles of the tool between which its undeformed tips touch the workpiece as it
+    /// is at time zero; `None` if they never or always touch. `tip` gives the position of a tip in
+    /// m by the angle `β` in rad.
     ///
     /// The default searches a full turn (see [`ContactArc::find`]). A workpiece that knows the arc
     /// can state it exactly.

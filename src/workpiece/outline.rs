@@ -2,14 +2,14 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use super::cells::CELLS_OF_ARC;
+use super::cells::MIN_ARC_CELLS;
 use super::{ContactArc, Edge, Passage, ProfileCells, Surface, Workpiece, bisect, cross};
 use crate::equations::linear::{add, dot, scale, sub};
 
 /// One curve of an outline. Lengths in m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Curve {
-    /// From `point` along the unit vector `direction`, between two arc lengths, which can be
+    /// Line from `point` along the unit vector `direction`, between two arc lengths, which can be
     /// infinite.
     Line {
         point: [f64; 2],
@@ -17,15 +17,15 @@ enum Curve {
         from: f64,
         to: f64,
     },
-    /// A convex arc, from the outward normal `first` to `second` in the negative sense, by less
-    /// than half a turn.
+    /// Convex arc, from the outward normal `first` to `second` in the negative sense, by less than
+    /// half a turn.
     Arc {
         centre: [f64; 2],
         radius: f64,
         first: [f64; 2],
         second: [f64; 2],
     },
-    /// A whole circle around `centre`; the material is inside it where it is convex, else outside.
+    /// Whole circle around `centre`; the material is inside it where it is convex, else outside.
     Circle {
         centre: [f64; 2],
         radius: f64,
@@ -33,12 +33,12 @@ enum Curve {
     },
 }
 
-/// The face of a curve as a point sees it.
+/// Face of a curve as a point sees it.
 struct Seen {
     gap: f64,
     normal: [f64; 2],
     curvature: f64,
-    /// How far the point is past the curve's ends, in m; negative between them.
+    /// Distance of the point past the curve's ends in m; negative between them.
     past: f64,
 }
 
@@ -95,8 +95,8 @@ impl Curve {
         }
     }
 
-    /// The arc lengths of the curve within the distance `reach` (m) of the origin, from its own
-    /// start.
+    /// Returns the arc lengths of the curve within the distance `reach` (m) of the origin, from its
+    /// own start.
     fn range(&self, reach: f64) -> [f64; 2] {
         match *self {
             Self::Line {
@@ -118,7 +118,8 @@ impl Curve {
         }
     }
 
-    /// Point and direction at an arc length. A circle starts where it is nearest to the tool.
+    /// Returns point and direction at an arc length. A circle starts where it is nearest to the
+    /// tool.
     fn at(&self, length: f64) -> [[f64; 2]; 2] {
         let on_circle = |centre, radius, angle: f64, turn: f64| {
             let (sin, cos) = angle.sin_cos();
@@ -152,8 +153,8 @@ impl Curve {
         }
     }
 
-    /// The own arc lengths between which the curve comes within the distance `reach` (m) of the
-    /// tool axis, all the way round if it does so across the end of a circle; none if it does not.
+    /// Returns the own arc lengths between which the curve is within the distance `reach` (m) of
+    /// the tool axis; the whole circle if across its end; `None` if nowhere.
     fn stretch(&self, reach: f64) -> Option<[f64; 2]> {
         let (nearest, square) = self.nearest([0.0; 2]);
         if square >= reach * reach {
@@ -184,8 +185,8 @@ impl Curve {
         }
     }
 
-    /// The own arc length of the point that is nearest to `position`, and the square of its
-    /// distance in m².
+    /// Returns the own arc length of the point nearest to `position`, and its squared distance in
+    /// m².
     fn nearest(&self, position: [f64; 2]) -> (f64, f64) {
         let length = match *self {
             Self::Line {
@@ -226,9 +227,9 @@ impl Curve {
     }
 }
 
-/// The angles at the tool's axis of the points of a curve within the distance `reach` (m) of it, as
-/// intervals in rad. `at` is point and direction of the curve by arc length, in the `range`, of
-/// which `points` points are looked at.
+/// Returns the angles at the tool's axis of the points of a curve within the distance `reach` (m)
+/// of it, as intervals in rad. `at` is point and direction of the curve by arc length, sampled at
+/// `points` intervals from `start` to `end`.
 pub(super) fn touches(
     at: impl Fn(f64) -> [[f64; 2]; 2],
     [start, end]: [f64; 2],
@@ -277,7 +278,7 @@ pub(super) fn touches(
     angles.collect()
 }
 
-/// The angle of a point at the tool's axis, in the turn about straight downwards, in rad.
+/// Returns the angle of a point at the tool's axis, in the turn about straight downwards, in rad.
 fn below([x, y]: [f64; 2]) -> f64 {
     x.atan2(-y) - FRAC_PI_2
 }
@@ -286,7 +287,7 @@ fn left([x, y]: [f64; 2]) -> [f64; 2] {
     [-y, x]
 }
 
-/// A direction turned in the negative sense by an angle in rad.
+/// Returns a direction turned in the negative sense by an angle in rad.
 fn turned([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
     let (sin, cos) = angle.sin_cos();
     [cos * x + sin * y, cos * y - sin * x]
@@ -295,13 +296,13 @@ fn turned([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
 /// A workpiece of straight faces and arcs that moves without turning.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outline {
-    /// In their order along the outline, with the material on the right-hand side.
+    /// Curves in their order along the outline, with the material on the right-hand side.
     curves: Vec<Curve>,
-    /// What the arc length along the outline adds to the own one of each curve, in m.
+    /// Differences of the outline's arc length from the own one of each curve, in m.
     shifts: Vec<f64>,
-    /// Which of them are edges.
+    /// `true` for curves that are edges.
     are_edges: Vec<bool>,
-    /// Those that nodes meet.
+    /// Curves that nodes meet.
     faces: Vec<Curve>,
     edges: Vec<Edge>,
     velocity: [f64; 3],
@@ -310,23 +311,23 @@ pub struct Outline {
 /// A corner of an outline that is still sharp.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Corner {
-    /// In m.
+    /// Position in m.
     pub point: [f64; 2],
-    /// By how much the outline turns there, in the negative sense, in rad.
+    /// Turn of the outline there, in the negative sense, in rad.
     pub turn: f64,
 }
 
 impl Corner {
-    /// How far from the corner its rounding with `radius` (m) begins, in m.
+    /// Returns the distance in m from the corner to its rounding with `radius` (m).
     pub fn rounding(&self, radius: f64) -> f64 {
         radius * (self.turn / 2.0).tan()
     }
 }
 
 impl Outline {
-    /// Straight faces that meet in `corners`, rounded with `radius` (m). The first face goes along
-    /// `direction`; the workpiece moves at `velocity` (m/s). Arcs of at least `face_radius` (m) are
-    /// faces, others edges.
+    /// Creates straight faces that meet in `corners`, rounded with `radius` (m). The first face
+    /// goes along `direction`; the workpiece moves at `velocity` (m/s). Arcs of at least
+    /// `face_radius` (m) are faces, others edges.
     pub(super) fn of_corners(
         corners: &[Corner],
         direction: [f64; 2],
@@ -369,7 +370,7 @@ impl Outline {
         Self::new(curves, face_radius, velocity)
     }
 
-    /// A circle about `centre` with `radius` (m): a cylinder if it is convex, else a bore.
+    /// Creates a circle about `centre` with `radius` (m): a cylinder if it is convex, else a bore.
     pub(super) fn circle(
         centre: [f64; 2],
         radius: f64,
@@ -422,8 +423,8 @@ impl Outline {
         }
     }
 
-    /// How the undeformed filament passes, with tips at `reach` (m) from the axis. The window also
-    /// has the angles of `plane`. None if the filament touches all the way round.
+    /// Returns the passage of the undeformed filament, with tips at `reach` (m) from the axis. The
+    /// window also has the angles of `plane`. `None` if the filament touches all the way round.
     pub(super) fn passage(&self, reach: f64, plane: ContactArc) -> Option<Passage> {
         const POINTS: usize = 512;
         let of_curve =
@@ -431,8 +432,8 @@ impl Outline {
         passage(self.curves.iter().flat_map(of_curve).collect(), plane)
     }
 
-    /// The face that a node at `position` meets: the nearest, or where an edge is nearest, the one
-    /// that it has left last.
+    /// Returns the face that a node at `position` meets: the nearest, or where an edge is nearest,
+    /// the one whose end it is least past.
     fn face(&self, position: [f64; 2]) -> Option<Seen> {
         let seen = self.faces.iter().map(|face| face.see(position));
         seen.reduce(|best, next| {
@@ -446,8 +447,8 @@ impl Outline {
     }
 }
 
-/// What the arc length along an outline adds to the own one of each of its curves, in m. The middle
-/// of the rounded part is at zero.
+/// Returns the differences of the outline's arc length from the own one of each curve, in m. The
+/// middle of the rounded part is at zero.
 fn shifts(curves: &[Curve]) -> Vec<f64> {
     let mut end = 0.0;
     let shift = |curve: &Curve| match *curve {
@@ -468,7 +469,7 @@ fn shifts(curves: &[Curve]) -> Vec<f64> {
         .collect()
 }
 
-/// The passage of a filament that touches where `touches` says (rad, in any order).
+/// Returns the passage of a filament that touches at the angles `touches` (rad, in any order).
 pub(super) fn passage(mut touches: Vec<[f64; 2]>, plane: ContactArc) -> Option<Passage> {
     touches.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let mut joined: Vec<[f64; 2]> = Vec::new();
@@ -539,7 +540,7 @@ impl Workpiece for Outline {
         true
     }
 
-    fn profile(&self, reach: f64) -> Option<ProfileCells> {
+    fn profile(&self, reach: f64, longest: f64) -> Option<ProfileCells> {
         let stretches: Vec<Option<[f64; 2]>> = self
             .curves
             .iter()
@@ -561,12 +562,12 @@ impl Workpiece for Outline {
                 end = if index == last { to } else { end };
             }
             let least = if matches!(curve, Curve::Line { .. }) {
-                1
+                1.0
             } else {
-                CELLS_OF_ARC
+                MIN_ARC_CELLS
             };
             let stretch = [start, end].map(|length| length + shift);
-            profile.extend(stretch, least, self.are_edges[index], |length| {
+            profile.extend(stretch, [least, longest], self.are_edges[index], |length| {
                 curve.at(length - shift)[0]
             });
         }

@@ -15,8 +15,8 @@ use crate::model::settings::{
 use crate::model::trim::{self, reach_of};
 use crate::tool::{Pose, RotaryTool, Trim};
 
-/// A convex arc is a face if its radius is at least so many segments long. Nodes then meet it; a
-/// filament does not bend more tightly in a pass, so that a smaller arc touches it at one point.
+/// Least radius of a convex arc that is a face, in segments. Nodes meet a face; a filament does not
+/// bend more tightly in a pass, so that a smaller arc touches it at one point.
 const SEGMENTS_OF_FACE: f64 = 5.0;
 
 /// A workpiece as settings state it.
@@ -28,13 +28,13 @@ pub enum Part {
     Outline(Arc<Outline>),
     /// A spline.
     Profile(Arc<Profile>),
-    /// One of these in the frame of a tool that is tilted, or on which it comes up.
+    /// One of these in the frame of a tool that is tilted, or with a ramp.
     Posed(Box<Posed<Self>>),
 }
 
 impl Part {
-    /// The workpiece of `settings`, and how the undeformed filament in the middle of the trim
-    /// passes it.
+    /// Returns the workpiece of `settings`, and the passage of the undeformed filament in the
+    /// middle of the trim.
     ///
     /// # Errors
     /// If the numbers do not fit together. Each must be within its own range.
@@ -42,8 +42,8 @@ impl Part {
         Self::at(settings, 0.0)
     }
 
-    /// The workpiece of `settings` in the frame of the tool, and how the undeformed filament at the
-    /// place `s` (m) of the trim passes it.
+    /// Returns the workpiece of `settings` in the frame of the tool, and the passage of the
+    /// undeformed filament at `s` (m) on the trim.
     ///
     /// # Errors
     /// As for [`Part::of`].
@@ -109,7 +109,7 @@ impl Part {
         Ok((part, passage))
     }
 
-    /// The workpiece in its own frame, where its `y = 0` lies at the height `ground` (m).
+    /// Returns the workpiece in its own frame, where its `y = 0` lies at the height `ground` (m).
     fn upright(settings: &Settings, ground: f64) -> Result<Self, Violation> {
         let Settings {
             tool,
@@ -176,7 +176,7 @@ impl Part {
         Ok(Self::Outline(Arc::new(outline)))
     }
 
-    /// The same workpiece, which comes up to its place along `ramp`.
+    /// Lets the workpiece come up to its place along `ramp`.
     pub(crate) fn on_ramp(self, ramp: Ramp) -> Self {
         Self::Posed(Box::new(match self {
             Self::Posed(posed) => posed.on_ramp(ramp),
@@ -185,8 +185,8 @@ impl Part {
     }
 }
 
-/// The corners of a chamfer between faces that turn by `turn` (rad), with the top face along `y =
-/// 0` and the material at `x ≤ 0`, from the top face downwards.
+/// Returns the corners of a chamfer between faces that turn by `turn` (rad), from the top face
+/// downwards. The top face is along `y = 0`, and the material at `x ≤ 0`.
 fn corners(chamfer: &ChamferSettings, turn: f64) -> Result<[Corner; 2], Violation> {
     let &ChamferSettings {
         edge_radius_m,
@@ -228,8 +228,8 @@ fn corners(chamfer: &ChamferSettings, turn: f64) -> Result<[Corner; 2], Violatio
     Ok(corners)
 }
 
-/// [`corners`] at their place, in their order along the outline, and the direction of its first
-/// face.
+/// Returns [`corners`] at their place, in their order along the outline, and the direction of its
+/// first face.
 fn placed(corners: &[Corner], turn: f64, [x, y]: [f64; 2], side: Side) -> (Vec<Corner>, [f64; 2]) {
     match side {
         Side::Leaving => {
@@ -253,7 +253,7 @@ fn placed(corners: &[Corner], turn: f64, [x, y]: [f64; 2], side: Side) -> (Vec<C
     }
 }
 
-/// The body must fit into a bore, and the filaments must come free in it.
+/// Checks that the body fits into a bore, and that the filaments come free in it.
 fn check_bore(settings: &Settings, radius_m: f64, [x, y]: [f64; 2]) -> Result<(), Violation> {
     let (body, length) = (settings.tool.body_radius_m, settings.filament.length_m);
     let distance = x.hypot(y);
@@ -281,7 +281,7 @@ fn check_bore(settings: &Settings, radius_m: f64, [x, y]: [f64; 2]) -> Result<()
     Ok(())
 }
 
-/// The spline of a profile.
+/// Returns the spline of a profile.
 fn spline(profile: &ProfileSettings) -> Result<Arc<Spline>, Violation> {
     let ProfileSettings {
         control_points_m,
@@ -306,7 +306,7 @@ fn spline(profile: &ProfileSettings) -> Result<Arc<Spline>, Violation> {
     Ok(Arc::new(spline))
 }
 
-/// The brush body must be outside the material.
+/// Checks that the brush body is outside the material.
 fn check_body(profile: &Profile, body_radius_m: f64) -> Result<(), Violation> {
     let gap = profile.surface([0.0; 3], 0.0).gap;
     if gap > body_radius_m {
@@ -326,7 +326,7 @@ fn check_body(profile: &Profile, body_radius_m: f64) -> Result<(), Violation> {
     })
 }
 
-/// Checks that what a workpiece of this kind must state is stated.
+/// Checks that the required settings of this kind of workpiece are stated.
 fn check_stated(kind: &WorkpieceKind) -> Result<(), Violation> {
     let missing = |path, value: &str, allowed: &str, unit: &str| {
         let allowed = format!("{allowed} for a workpiece of kind `{}`{unit}", kind.name());
@@ -360,7 +360,7 @@ fn check_stated(kind: &WorkpieceKind) -> Result<(), Violation> {
     }
 }
 
-/// The same expression for each kind.
+/// Evaluates an expression for each kind.
 macro_rules! each {
     ($part:expr, $workpiece:ident => $result:expr) => {
         match $part {
@@ -373,8 +373,7 @@ macro_rules! each {
 }
 
 impl Part {
-    /// The surface, in a function of its own, so that that of a plane is inlined where it is asked
-    /// for.
+    /// Returns the surface, in a function of its own, so that the surface of a plane is inlined.
     #[inline(never)]
     fn curved_surface(&self, position: [f64; 3], time: f64) -> Surface {
         each!(self, workpiece => workpiece.surface(position, time))
@@ -407,8 +406,8 @@ impl Workpiece for Part {
         each!(self, workpiece => workpiece.largest_curvatures())
     }
 
-    fn profile(&self, reach: f64) -> Option<ProfileCells> {
-        each!(self, workpiece => workpiece.profile(reach))
+    fn profile(&self, reach: f64, longest: f64) -> Option<ProfileCells> {
+        each!(self, workpiece => workpiece.profile(reach, longest))
     }
 
     fn arc_length(&self, position: [f64; 3], time: f64) -> Option<f64> {

@@ -13,8 +13,8 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// The plane through `point` (m, at time zero) with the outward `normal` (of any length),
-    /// moving at `velocity` (m/s).
+    /// Creates the plane through `point` (m, at time zero) with the outward `normal` (of any
+    /// length), moving at `velocity` (m/s).
     pub fn new(point: [f64; 3], normal: [f64; 3], velocity: [f64; 3]) -> Self {
         Self {
             point,
@@ -23,7 +23,7 @@ impl Plane {
         }
     }
 
-    /// The plane of `settings` at the distance `distance` (m) from the origin.
+    /// Creates the plane of `settings` at the distance `distance` (m) from the origin.
     ///
     /// MODEL, "Contact": `y = −(R − a_e)`, moving along `x`. For a general normal `n`, the distance
     /// is measured along `n`, and the feed is along `n × z`, or along `x` where `n` is along `z`.
@@ -45,8 +45,8 @@ impl Plane {
 }
 
 impl Plane {
-    /// Its line at `z = 0`, at time zero: the point nearest to the axis, and the direction with the
-    /// material on the right-hand side. None of a plane across the axis.
+    /// Returns its line at `z = 0`, at time zero: the point nearest to the axis, and the direction
+    /// with the material on the right-hand side. `None` for a plane across the axis.
     fn line(&self) -> Option<[[f64; 2]; 2]> {
         let [x, y, _] = self.normal;
         let across = x.hypot(y);
@@ -75,11 +75,11 @@ impl Workpiece for Plane {
         [0.0; 2]
     }
 
-    fn profile(&self, reach: f64) -> Option<ProfileCells> {
+    fn profile(&self, reach: f64, longest: f64) -> Option<ProfileCells> {
         let [foot, direction] = self.line()?;
         let half = (reach * reach - dot(foot, foot)).max(0.0).sqrt();
         let mut profile = ProfileCells::default();
-        profile.extend([-half, half], 1, false, |length| {
+        profile.extend([-half, half], [1.0, longest], false, |length| {
             add(foot, scale(length, direction))
         });
         Some(profile)

@@ -1,4 +1,4 @@
-//! Workpieces in the frame of a tool whose axis is not their `z`, or from which they come nearer at
+//! Workpieces in the frame of a tool whose axis is not their `z`, or to which they come up at
 //! first.
 
 use std::sync::Arc;
@@ -8,18 +8,18 @@ use crate::equations::Clamp;
 use crate::equations::linear::{add, scale, sub};
 use crate::tool::{Pose, RotaryTool, Tool};
 
-/// The way on which a workpiece comes up to its place: smoothly, from rest to rest, twice
-/// differentiable in time.
+/// Ramp on which a workpiece comes up to its place: from rest to rest, twice differentiable in
+/// time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {
-    /// How far, as a vector in m along its outward normal, in its own frame.
+    /// Way in m along the outward normal, in the workpiece's own frame.
     pub way: [f64; 3],
-    /// How long it takes in s, from time zero on.
+    /// Duration in s, from time zero on.
     pub duration: f64,
 }
 
 impl Ramp {
-    /// The part of the way that is left at `time` (s), and its rate in 1/s.
+    /// Returns the part of the way that is left at `time` (s), and its rate in 1/s.
     fn left(&self, time: f64) -> [f64; 2] {
         let u = time / self.duration;
         if u >= 1.0 {
@@ -34,7 +34,7 @@ impl Ramp {
     }
 }
 
-/// Where a workpiece is in the frame of the tool.
+/// Placement of a workpiece in the frame of the tool.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placement {
     pose: Pose,
@@ -42,12 +42,12 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// Whether the workpiece comes up to its place.
+    /// Returns `true` if the workpiece comes up to its place.
     pub(super) fn has_ramp(&self) -> bool {
         self.ramp.is_some()
     }
 
-    /// A point of the tool's frame (m) at `time` (s), in the frame of the workpiece.
+    /// Maps a point of the tool's frame (m) at `time` (s) to the frame of the workpiece.
     #[inline]
     pub fn local(&self, position: [f64; 3], time: f64) -> [f64; 3] {
         let position = self.pose.from_tool(position);
@@ -60,7 +60,7 @@ impl Placement {
         }
     }
 
-    /// A surface at `time` (s) in the tool's frame.
+    /// Maps a surface at `time` (s) to the tool's frame.
     #[inline]
     pub fn seen(&self, surface: &Surface, time: f64) -> Surface {
         let mut velocity = surface.velocity;
@@ -78,12 +78,12 @@ impl Placement {
         }
     }
 
-    /// The tool's axis in the frame of the workpiece.
+    /// Returns the tool's axis in the frame of the workpiece.
     pub fn axis(&self) -> [f64; 3] {
         self.pose.from_tool([0.0, 0.0, 1.0])
     }
 
-    /// The direction along which the workpiece is extruded, in the tool's frame.
+    /// Returns the direction of extrusion in the tool's frame.
     pub fn extrusion(&self) -> [f64; 3] {
         self.pose.to_tool([0.0, 0.0, 1.0])
     }
@@ -95,13 +95,13 @@ pub struct Posed<W> {
     part: W,
     placement: Arc<Placement>,
     edges: Vec<Edge>,
-    /// The largest distance of a point of the trim from the plane `z = 0` of the tool, in m.
+    /// Largest distance of a point of the trim from the plane `z = 0` of the tool, in m.
     axial_reach: f64,
 }
 
 impl<W: Workpiece> Posed<W> {
-    /// The `part` as a tool in `pose` sees it, whose trim comes as far as `axial_reach` (m) from
-    /// its plane `z = 0`.
+    /// Places `part` in the frame of a tool in `pose`, whose trim comes as far as `axial_reach` (m)
+    /// from its plane `z = 0`.
     pub(super) fn new(part: W, pose: Pose, axial_reach: f64) -> Self {
         Self {
             edges: Vec::new(),
@@ -122,7 +122,7 @@ impl<W: Workpiece> Posed<W> {
         Self { edges, ..self }
     }
 
-    /// The same, which comes up to its place on a ramp.
+    /// Lets the part come up to its place on a ramp.
     pub(super) fn on_ramp(self, ramp: Ramp) -> Self {
         let placement = Placement {
             ramp: Some(ramp),
@@ -135,17 +135,17 @@ impl<W: Workpiece> Posed<W> {
         .with_edges()
     }
 
-    /// The part in its own frame.
+    /// Returns the part in its own frame.
     pub fn part(&self) -> &W {
         &self.part
     }
 
-    /// Whether it is a plane.
+    /// Returns `true` if it is a plane.
     fn is_flat(&self) -> bool {
         self.edges.is_empty() && self.part.largest_curvatures() == [0.0; 2]
     }
 
-    /// How far a point in the tool's frame is outside the part at time zero, in m.
+    /// Returns the gap of a point in the tool's frame at time zero, in m.
     fn gap(&self, position: [f64; 3]) -> f64 {
         let face = self.surface(position, 0.0);
         let edges = self.edges.iter().map(|edge| edge.surface(position, 0.0));
@@ -153,15 +153,15 @@ impl<W: Workpiece> Posed<W> {
             .into_iter()
             .chain(edges)
             .filter(|surface| surface.margin >= 0.0);
-        // Outside of all of them the point is at a border, and the face is as near.
+        // A point outside of all of them is at a border, and the face is as near.
         there
             .map(|surface| surface.gap)
             .reduce(f64::min)
             .unwrap_or(face.gap)
     }
 
-    /// How the undeformed filament of `tool`, `length` (m) long, passes the part at time zero. The
-    /// window also has the angles of `plane`, unless that is all round.
+    /// Returns the passage of the undeformed filament of `tool`, `length` (m) long, at time zero.
+    /// The window also has the angles of `plane`, unless that is all round.
     pub(super) fn passage(
         &self,
         tool: &RotaryTool,
@@ -169,8 +169,8 @@ impl<W: Workpiece> Posed<W> {
         plane: Option<ContactArc>,
     ) -> Passage {
         use std::f64::consts::{PI, TAU};
-        /// The least step of the angle in rad: touches that are shorter can be missed.
-        const LEAST_STEP: f64 = 1e-4;
+        /// Least step of the angle in rad: shorter touches can be missed.
+        const MIN_STEP: f64 = 1e-4;
         let Clamp {
             position,
             direction,
@@ -196,8 +196,8 @@ impl<W: Workpiece> Posed<W> {
         let mut touches: Vec<[f64; 2]> = Vec::new();
         let mut entry = None;
         while angle < start + TAU {
-            // A gap changes by no more than the way.
-            let next = (angle + (here.abs() / farthest).max(LEAST_STEP)).min(start + TAU);
+            // A gap changes by no more than the path.
+            let next = (angle + (here.abs() / farthest).max(MIN_STEP)).min(start + TAU);
             let there = gap(next);
             match entry {
                 None if there < 0.0 => entry = Some(bisect(|angle| gap(angle) < 0.0, angle, next)),
@@ -236,10 +236,10 @@ impl<W: Workpiece> Posed<W> {
         }
     }
 
-    /// The least gap of a straight filament in m.
+    /// Returns the least gap of a straight filament in m.
     fn least_gap(&self, root: [f64; 3], direction: [f64; 3], length: f64) -> f64 {
-        /// In how many parts its least is looked for before it is enclosed.
-        const PARTS: usize = 32;
+        /// Number of parts in which the least gap is searched before it is bracketed.
+        const SEARCH_PARTS: usize = 32;
         let gap = |share: f64| self.gap(add(root, scale(share * length, direction)));
         let ends = [gap(0.0), gap(1.0)];
         if self.is_flat() {
@@ -256,11 +256,11 @@ impl<W: Workpiece> Posed<W> {
             if here < least {
                 (least, best) = (here, share);
             }
-            // Parts that are too far to have the least are left out: a gap changes by no more than
-            // the way.
-            share += ((here - least) / length).max(1.0 / PARTS as f64);
+            // Parts that are too far for the least gap are left out: it changes by no more than the
+            // path.
+            share += ((here - least) / length).max(1.0 / SEARCH_PARTS as f64);
         }
-        let mut width = 1.0 / PARTS as f64;
+        let mut width = 1.0 / SEARCH_PARTS as f64;
         while width > 1e-9 {
             let [below, above] =
                 [best - width / 2.0, best + width / 2.0].map(|share| share.clamp(0.0, 1.0));
@@ -288,7 +288,7 @@ impl<W: Workpiece> Workpiece for Posed<W> {
         &self.edges
     }
 
-    /// Only a plane can be, whose normal stands across the axis.
+    /// Returns `true` only for a plane whose normal is across the axis.
     fn is_planar(&self) -> bool {
         let surface = self.surface([0.0; 3], 0.0);
         self.is_flat()
@@ -301,7 +301,7 @@ impl<W: Workpiece> Workpiece for Posed<W> {
         !self.placement.has_ramp()
     }
 
-    /// A ramp brings the part up at a velocity that is not constant.
+    /// Returns infinity for a ramp: its velocity is not constant.
     fn largest_curvatures(&self) -> [f64; 2] {
         if self.placement.has_ramp() {
             [f64::INFINITY; 2]
@@ -310,8 +310,8 @@ impl<W: Workpiece> Workpiece for Posed<W> {
         }
     }
 
-    fn profile(&self, reach: f64) -> Option<ProfileCells> {
-        self.part.profile(reach.hypot(self.axial_reach))
+    fn profile(&self, reach: f64, longest: f64) -> Option<ProfileCells> {
+        self.part.profile(reach.hypot(self.axial_reach), longest)
     }
 
     fn arc_length(&self, position: [f64; 3], time: f64) -> Option<f64> {

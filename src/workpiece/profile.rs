@@ -2,25 +2,24 @@
 
 use std::sync::Arc;
 
-use super::cells::CELLS_OF_ARC;
+use super::cells::MIN_ARC_CELLS;
 use super::outline::{passage, touches};
 use super::{ContactArc, Edge, Foot, Passage, ProfileCells, Spline, Surface, Workpiece, bisect};
 use crate::equations::linear::{add, dot, scale, sub};
 
-/// Points at which the curvature of a profile is looked at in search of its edges.
+/// Sampled points of a profile in search of where it comes within reach.
 const POINTS: usize = 4096;
 
-/// Points of a piece of the spline, which hardly turns, in search of where the undeformed filament
-/// touches.
+/// Sampled points of a piece of the spline, which hardly turns, in search of touches.
 const POINTS_OF_PIECE: usize = 16;
 
 /// A workpiece with a spline as profile that moves without turning.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
     spline: Arc<Spline>,
-    /// Where the spline's own origin is at time zero, in m.
+    /// Origin of the spline at time zero in m.
     origin: [f64; 2],
-    /// The arc lengths in m between which its tightest convex stretches are, in order.
+    /// Arc lengths in m of the ends of its tightest convex stretches, in order.
     stretches: Vec<[f64; 2]>,
     /// These stretches.
     edges: Vec<Edge>,
@@ -31,60 +30,61 @@ pub struct Profile {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stretch {
     spline: Arc<Spline>,
-    /// Where the spline's own origin is at time zero, in m.
+    /// Origin of the spline at time zero in m.
     origin: [f64; 2],
     /// Arc lengths of its ends in m.
     from: f64,
     to: f64,
-    /// The smallest radius of curvature in m.
+    /// Smallest radius of curvature in m.
     radius: f64,
-    /// The point half-way along it in m.
+    /// Point half-way along it in m.
     middle: [f64; 2],
 }
 
 impl Stretch {
-    /// The smallest radius of curvature in m.
+    /// Returns the smallest radius of curvature in m.
     pub fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// Those of the whole spline ([`Spline::largest_curvatures`]).
+    /// Returns the curvatures of the whole spline ([`Spline::largest_curvatures`]).
     pub(super) fn largest_curvatures(&self) -> [f64; 2] {
         self.spline.largest_curvatures()
     }
 
-    /// The point half-way along it in m.
+    /// Returns its middle in m.
     pub(super) fn middle(&self) -> [f64; 2] {
         self.middle
     }
 
-    /// Its length in m.
+    /// Returns its length in m.
     pub(super) fn length(&self) -> f64 {
         self.to - self.from
     }
 
-    /// How much of it lies before the foot of `point` (m), in m; not clamped to its ends.
+    /// Returns the length before the foot of `point` (m), in m; not clamped to its ends.
     pub(super) fn before(&self, point: [f64; 2]) -> f64 {
         self.spline.nearest(sub(point, self.origin)).arc_length - self.from
     }
 
-    /// The foot of `point` (m) as the workpiece has it at time zero, and how far inside the stretch
-    /// it is, as in [`Edge::surface`], in m.
+    /// Returns the foot of `point` (m) as the workpiece has it at time zero, and its distance
+    /// inside the stretch in m, as in [`Edge::surface`].
     pub(super) fn foot(&self, point: [f64; 2]) -> (Foot, f64) {
         let foot = self.spline.nearest(sub(point, self.origin));
-        // A point at some distance from the profile goes farther than its foot.
+        // A point at some distance from the profile moves farther than its foot.
         let inside = (foot.arc_length - self.from).min(self.to - foot.arc_length);
         (foot, inside * (1.0 + foot.curvature * foot.gap).max(0.0))
     }
 
-    /// The sum of the outward unit normals at its ends.
+    /// Returns the sum of the outward unit normals at its ends.
     pub(super) fn bisector(&self) -> [f64; 2] {
         let [first, second] =
             [self.from, self.to].map(|along| self.spline.nearest(self.spline.at(along).0).normal);
         add(first, second)
     }
 
-    /// The centre of curvature where the stretch is nearest to `point` (m), or half-way along it.
+    /// Returns the centre of curvature where the stretch is nearest to `point` (m), or half-way
+    /// along it.
     pub(super) fn centre(&self, point: Option<[f64; 2]>) -> [f64; 2] {
         let along = match point {
             Some(point) => self
@@ -105,8 +105,8 @@ impl Stretch {
 }
 
 impl Profile {
-    /// The `spline` with its own origin at `origin` (m), moving at `velocity` (m/s). Convex
-    /// stretches with radii of curvature below `face_radius` (m) are edges.
+    /// Creates a profile of `spline` with its origin at `origin` (m), moving at `velocity` (m/s).
+    /// Convex stretches with radii of curvature below `face_radius` (m) are edges.
     pub(super) fn new(
         spline: Arc<Spline>,
         origin: [f64; 2],
@@ -145,12 +145,12 @@ impl Profile {
         }
     }
 
-    /// The spline, in its own coordinates.
+    /// Returns the spline, in its own coordinates.
     pub fn spline(&self) -> &Spline {
         &self.spline
     }
 
-    /// How the undeformed filament passes; see [`Outline`](super::Outline).
+    /// Returns the passage of the undeformed filament; see [`Outline`](super::Outline).
     pub(super) fn passage(&self, reach: f64, plane: ContactArc) -> Option<Passage> {
         let length = self.spline.length();
         let placed =
@@ -181,8 +181,8 @@ impl Profile {
 }
 
 impl Profile {
-    /// The arc lengths in m between which the profile comes within the distance `reach` (m) of the
-    /// tool axis, without gaps: all of a closed one. None if it does not.
+    /// Returns the arc lengths in m between which the profile comes within the distance `reach` (m)
+    /// of the tool axis, without gaps: all of a closed one. `None` if it does not.
     fn within(&self, reach: f64) -> Option<[f64; 2]> {
         let length = self.spline.length();
         let away = |along: f64| {
@@ -214,17 +214,16 @@ impl Profile {
     }
 }
 
-/// The stretches, by arc length, on which the curvature is above `limit` (1/m).
+/// Returns the stretches, by arc length, on which the curvature is above `limit` (1/m).
 fn stretches(spline: &Spline, limit: f64) -> Vec<[f64; 2]> {
     if spline.smallest_convex_radius() * limit >= 1.0 {
         return Vec::new();
     }
     let tight = |along: f64| spline.nearest(spline.at(along).0).curvature > limit;
-    let at = |i: usize| spline.length() * i as f64 / POINTS as f64;
     let mut found: Vec<[f64; 2]> = Vec::new();
     let mut start = tight(0.0).then_some(0.0);
-    for i in 0..POINTS {
-        let (here, next) = (at(i), at(i + 1));
+    for places in spline.curvature_places().windows(2) {
+        let [here, next] = [places[0], places[1]];
         match (start, tight(next)) {
             (None, true) => start = Some(bisect(tight, here, next)),
             (Some(from), false) => {
@@ -278,7 +277,7 @@ impl Workpiece for Profile {
         self.spline.largest_curvatures()
     }
 
-    fn profile(&self, reach: f64) -> Option<ProfileCells> {
+    fn profile(&self, reach: f64, longest: f64) -> Option<ProfileCells> {
         let (at, length) = (
             |along: f64| add(self.origin, self.spline.at(along).0),
             self.spline.length(),
@@ -304,8 +303,8 @@ impl Workpiece for Profile {
                 .stretches
                 .iter()
                 .any(|[from, to]| (from..=to).contains(&&middle));
-            let least = if on_edge { CELLS_OF_ARC } else { 1 };
-            cells.extend([pair[0], pair[1]], least, on_edge, at);
+            let least = if on_edge { MIN_ARC_CELLS } else { 1.0 };
+            cells.extend([pair[0], pair[1]], [least, longest], on_edge, at);
         }
         cells.period = self.spline.is_closed().then_some(length);
         Some(cells)

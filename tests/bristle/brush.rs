@@ -26,7 +26,7 @@ struct Reference {
     name: String,
     input: Settings,
     friction_at: Option<String>,
-    /// The metrics of each.
+    /// Metrics of each filament.
     filaments: Vec<Stated>,
     /// Pairs of columns with the impulse between them.
     #[serde(default)]
@@ -45,7 +45,7 @@ fn errors(metrics: &Metrics, stated: &Stated) -> [f64; 5] {
     [
         ("contact_normal_impulse_n_s", impulse),
         ("contact_impulse_x_n_s", impulse),
-        // Without friction there is none.
+        // There is no friction work without friction.
         (
             "friction_work_j",
             number(stated, "friction_work_j").max(f64::MIN_POSITIVE),
@@ -64,7 +64,7 @@ fn simulated(settings: &Settings) -> BrushResult {
     simulate_brush(settings, 1).expect("a brush")
 }
 
-/// The result of a run, from where it is.
+/// Advances a run to its end and returns the result.
 fn finished(mut run: BrushRun) -> BrushResult {
     while run.advance().expect("a step") {}
     run.finish().expect("a result")
@@ -76,7 +76,7 @@ fn references() -> Vec<Reference> {
     cases
 }
 
-/// A row of the paper's brush with so many filaments around and columns.
+/// A row of `columns` columns of the paper's brush with `around` filaments around.
 fn row(segments: usize, around: f64, columns: usize) -> Settings {
     let mut settings = Settings::paper(10.0, 1e-3);
     settings.filament.segments = segments;
@@ -103,10 +103,9 @@ fn impulses(result: &BrushResult) -> Vec<f64> {
 
 #[test]
 fn rows_are_those_of_an_independent_code() {
-    // Other columns bounce so often that the reference itself is known to 1e-6 only, and short
-    // steps do not resolve each impact.
-    // Whether some bounces occur depends on rounding and step: one bounce less changes the impulse
-    // between two filaments by 6e-3 of all.
+    // Some columns bounce so often that the reference itself is known to 1e-6 only, and short steps
+    // do not resolve each impact. Rounding and step decide about some bounces: one bounce less
+    // changes the impulse between two filaments by 6e-3 of the whole.
     let tolerances = |case: &Reference| {
         if case.name.contains("Hertz") {
             [5e-3, 1e-2]
@@ -176,7 +175,7 @@ fn rows_converge_with_the_tolerance() {
     );
 }
 
-/// Three wavy wires throw each other about.
+/// Three wavy wires that throw each other about.
 fn wavy_wires() -> Settings {
     let mut settings = row(2, 1045.0, 3);
     settings.tool = ToolSettings::new(0.0356, 0.000214, 1045.0);
@@ -199,7 +198,7 @@ fn wavy_wires() -> Settings {
     settings
 }
 
-/// A row that rubs on itself and on the workpiece.
+/// A row with friction on itself and on the workpiece.
 fn rubbing() -> Settings {
     let mut settings = with(&row(8, 300.0, 16), |brush| brush.friction_coefficient = 0.2);
     settings.process = ProcessSettings::new(4.594, 5.152e-4);
@@ -234,7 +233,7 @@ fn error_estimates_cover_true_errors() {
     }
 }
 
-/// Lengths and times × 2^k, masses × 8^k: nothing in the solver is an absolute number.
+/// Scales lengths and times by 2^k, masses by 8^k: nothing in the solver is an absolute number.
 #[test]
 fn a_brush_in_other_units_has_the_same_bits() {
     let scaled = |settings: &Settings, k: i32| {
@@ -269,7 +268,7 @@ fn a_brush_in_other_units_has_the_same_bits() {
     }
 }
 
-/// One row whose filaments lean over so far that they touch their periodic images is one of three
+/// Compares a row whose filaments lean so far that they touch their periodic images with three
 /// equal rows. Damping keeps the rows from swaying apart.
 #[test]
 fn a_filament_meets_its_own_periodic_image() {
@@ -329,7 +328,7 @@ fn one_filament_on_an_edge_has_the_metrics_of_a_pass() {
     let result = simulated(&settings);
     assert!(alone.edge_share > 0.2 && alone.edge_evenness > 0.1);
     for column in Metrics::COLUMNS {
-        // What a brush does not have.
+        // A brush does not have these metrics.
         let tolerance = match column.key {
             "lateral_amplification" | "laterally_unstable" | "energy_residual" => continue,
             "edge_evenness" | "max_edge_penetration_m" | "peak_contact_normal_force_n" => 3e-2,
@@ -409,8 +408,8 @@ fn results_depend_neither_on_threads_nor_on_where_a_run_was_stopped() {
 
 #[test]
 fn mirrored_and_shifted_sectors_are_the_same() {
-    // Eight columns throw each other about until single filaments differ by what Newton's method
-    // leaves.
+    // Eight columns throw each other about until the error of Newton's method shows in single
+    // filaments.
     let base = with(&row(5, 682.0 * 3.0, 3), |brush| {
         brush.rows = Some(3);
         brush.ends = Ends::Free;
@@ -490,7 +489,7 @@ fn energies_balance_and_neighbours_oppose_each_other() {
     assert!(pair.vector_impulse_n_s[0].abs() > 0.1 * pair.impulse_n_s && pair.dissipated_j > 0.0);
 }
 
-/// Of the brush of the paper, with tilts that put undeformed filaments far into each other: they
+/// Simulates the paper's brush with tilts that put undeformed filaments far into each other: they
 /// settle, and results converge.
 #[test]
 fn filaments_with_large_tilts_lean_on_each_other() {
@@ -524,8 +523,8 @@ fn filaments_with_large_tilts_lean_on_each_other() {
     assert!((a / b - 1.0).abs() < 1e-2, "{a} {b}");
 }
 
-/// Two filaments side by side, whose clamps are tilted by a standard deviation of 30 mrad, and so
-/// far apart that only the tips can meet. The brush is slow: centrifugal forces hardly stiffen it.
+/// Two filaments side by side, so far apart that only the tips can meet. Their clamps are tilted by
+/// a standard deviation of 30 mrad. The brush is slow: centrifugal forces hardly stiffen it.
 fn two(seed: u32) -> Settings {
     let mut settings = with(&row(25, 2.0 * 600.0, 1), |brush| {
         (brush.rows, brush.pattern, brush.ends) = (Some(2), Pattern::Aligned, Ends::Free);
@@ -536,8 +535,8 @@ fn two(seed: u32) -> Settings {
     settings
 }
 
-/// By how much the undeformed tips are in each other, in m: from the tilts that the same filaments
-/// have where they are too far apart to touch.
+/// Overlap of the undeformed tips in m, from the tilts of the same filaments placed too far apart
+/// to touch.
 fn depth(settings: &Settings) -> f64 {
     let mut apart = settings.clone();
     apart.tool.width_m *= 10.0;
@@ -583,7 +582,7 @@ fn tilted_filaments_lean_on_each_other_as_cantilevers_do() {
         assert!(ratios.len() > 1, "it begins before it touches");
         let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
         assert!((mean - 1.0).abs() < 0.02, "{seed}: {mean}");
-        // They vibrate about it with the speed that counts as rest.
+        // The filaments vibrate about the mean with a speed that counts as rest.
         assert!(
             ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.15),
             "{seed}: {ratios:?}"
@@ -654,7 +653,7 @@ fn a_brush_is_compared_with_its_own_filaments_alone() {
     let mut settings = with(&row(6, 120.0, 6), |brush| brush.lateral_tilt_std_rad = 0.05);
     settings.uncertainty.length_std_m = 3e-4;
     settings.uncertainty.hold = Hold::Machine;
-    // Too far apart to touch, they are alone in the brush too.
+    // Filaments too far apart to touch are alone in the brush, too.
     let result = simulated(&settings);
     assert!(
         result.pairs.is_empty() && (result.interaction_factor - 1.0).abs() < 2e-3,
@@ -683,8 +682,8 @@ fn each_filament_has_its_own_deviations() {
         deviation > 0.03 * mean && deviation < 0.5 * mean,
         "{impulses:?}"
     );
-    // The same filaments, whatever the number of columns. Steps are halved where any filament needs
-    // it.
+    // Filaments are the same whatever the number of columns. Steps are halved where any filament
+    // needs it.
     let fewer = simulated(&with(&settings, |brush| brush.columns = Some(4)));
     let [a, b] = [fewer, result].map(|result| result.filaments[1].metrics.max_tip_deflection_m);
     assert!((a / b - 1.0).abs() < 1e-4, "{a} {b}");
@@ -710,7 +709,7 @@ fn random_roots_keep_their_distance() {
         regular += usize::from((angle - angle.round()).abs() < 0.05);
     }
     assert!((1.18e-3..1.25e-3).contains(&least), "{least}");
-    // Of regular roots all would be: of random ones a tenth.
+    // All regular roots would be; a tenth of random ones is.
     assert!(regular < 10, "{regular} of 30");
     let again = simulated(&settings);
     assert_eq!(again, result);
@@ -785,7 +784,7 @@ fn the_steady_stretch_is_where_impulses_no_longer_change() {
         ),
         "{error}"
     );
-    // As many as it says are enough; and so are as many as there are without a number.
+    // The stated number of columns is enough, and so is the default number.
     let stated = simulated(&with(&settings, |brush| brush.columns = Some(needed)));
     let default = simulated(&with(&settings, |brush| brush.columns = None));
     let longer = simulated(&with(&settings, |brush| brush.columns = Some(2 * needed)));
@@ -835,7 +834,7 @@ fn a_row_ends_once_its_stretch_has_settled() {
             .iter()
             .all(|frame| frame.nodes_m.len() == result.columns)
     );
-    // Whatever has touched is there, also behind the stretch.
+    // All that has touched is there, also behind the stretch.
     for frame in &result.frames {
         let sample = result
             .history
@@ -866,7 +865,7 @@ fn a_row_ends_once_its_stretch_has_settled() {
     let longer = simulated(&with(&settings, |brush| brush.columns = Some(200)));
     let [a, b] = [&result, &longer].map(|result| result.tool.contact_normal_impulse_n_s);
     assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
-    // It goes on from any state, also where it has settled, with columns that still rest.
+    // A run resumes from any state, also from a settled one with columns that still sleep.
     for state in [
         &states[1],
         &states[states.len() / 2],
@@ -911,9 +910,34 @@ fn brushes_that_cannot_be_simulated_are_refused() {
             around: 0
         }
     );
-    // So soft that filaments go through each other.
+    // This contact is so soft that filaments go through each other.
     let error = refused(&with(&row(8, 682.0, 20), |brush| {
         brush.stiffness_n_m2 = 1e2
     }));
     assert!(matches!(error, BrushError::Crossing { .. }), "{error}");
+}
+
+/// Cells in which random roots are looked for are as many as roots, however thin these are.
+#[test]
+fn very_thin_random_filaments_are_no_memory_hogs() {
+    let mut settings = row(5, 682.0, 4);
+    settings.filament.diameter_m = 1e-9;
+    let settings = with(&settings, |brush| {
+        (brush.rows, brush.pattern, brush.contact_points) = (Some(2), Pattern::Random, Some(1));
+    });
+    let options = RunOptions {
+        memory: Some(1 << 30),
+        ..RunOptions::default()
+    };
+    assert!(BrushRun::new(&settings, options).is_ok());
+}
+
+/// Filaments that touch wherever they begin are refused, as a filament alone is.
+#[test]
+fn a_brush_inside_the_workpiece_is_refused() {
+    let mut settings = row(5, 682.0, 4);
+    settings.contact.radius_m = 0.4;
+    let error = BrushRun::new(&settings, RunOptions::default()).err();
+    let message = error.map(|error| error.to_string()).unwrap_or_default();
+    assert!(message.contains("start inside the workpiece"), "{message}");
 }

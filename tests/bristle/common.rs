@@ -1,5 +1,5 @@
-//! Shared by several test files: the paper's filament, random states, and tolerances with their
-//! reasons.
+//! Parts shared by several test files: the paper's filament, random states, and tolerances with
+//! their reasons.
 #![allow(dead_code, reason = "each test file uses a part")]
 
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -77,7 +77,7 @@ pub fn cases<T: DeserializeOwned>(name: &str) -> Vec<T> {
     cases
 }
 
-/// The brush with other settings.
+/// Returns the settings with a changed brush.
 pub fn with(settings: &Settings, change: impl FnOnce(&mut BrushSettings)) -> Settings {
     let mut brush = settings.brush.clone().expect("a brush");
     change(&mut brush);
@@ -103,15 +103,15 @@ pub fn metric(metrics: &Metrics, key: &str) -> f64 {
         .get(metrics)
 }
 
-/// What an independent code states of a contact, mostly by the keys of metrics.
+/// Numbers that an independent code states of a contact, mostly by the keys of metrics.
 pub type Stated = serde_json::Map<String, serde_json::Value>;
 
-/// A number that is stated.
+/// The stated number of a key.
 pub fn number(stated: &Stated, key: &str) -> f64 {
     stated[key].as_f64().expect(key)
 }
 
-/// By how much a metric differs from the stated one, over a scale.
+/// Difference of a metric from the stated one, over a scale.
 pub fn difference(
     found: &Metrics,
     stated: &Stated,
@@ -124,7 +124,7 @@ pub fn difference(
     )
 }
 
-/// The impulse along the normal that is stated.
+/// The stated impulse along the normal.
 pub fn normal_impulse(stated: &Stated) -> f64 {
     number(stated, "contact_normal_impulse_n_s")
 }
@@ -154,7 +154,7 @@ pub fn exceeding(
         .collect()
 }
 
-/// The results of passes that are simulated side by side, in lanes of equal kinds.
+/// Simulates passes side by side, in lanes of equal kinds, and returns their results.
 pub fn side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
     sampling: Sampling,
     passes: impl IntoIterator<Item = Pass<T, W>>,
@@ -213,7 +213,7 @@ pub fn random_state(rng: &mut Rng, segments: usize) -> RandomState {
     let gravity = [0; 3].map(|_| between(-20.0, 20.0));
     let mut chain = filament::chain(&filament(segments), gravity);
     for link in &mut chain.links {
-        // Neither straight nor uniform.
+        // It is neither straight nor uniform.
         for constant in [
             &mut link.mass,
             &mut link.inertia,
@@ -274,7 +274,7 @@ pub fn largest(values: &[f64]) -> f64 {
         .fold(0.0, |largest, value| value.abs().max(largest))
 }
 
-/// A tool of a test's own. Tests erase the types of theirs, so that the simulator is compiled for
+/// A tool of any type. Tests erase the types of their tools, so that the simulator is compiled for
 /// one pair of types instead of six.
 #[derive(Clone)]
 pub struct AnyTool(Arc<dyn Tool>);
@@ -297,7 +297,7 @@ impl Tool for AnyTool {
     }
 }
 
-/// A workpiece of a test's own.
+/// A workpiece of any type.
 #[derive(Clone)]
 pub struct AnyWorkpiece(Arc<dyn Workpiece>);
 
@@ -322,8 +322,8 @@ impl Workpiece for AnyWorkpiece {
         self.0.largest_curvatures()
     }
 
-    fn profile(&self, reach: f64) -> Option<ProfileCells> {
-        self.0.profile(reach)
+    fn profile(&self, reach: f64, longest: f64) -> Option<ProfileCells> {
+        self.0.profile(reach, longest)
     }
 
     fn arc_length(&self, position: [f64; 3], time: f64) -> Option<f64> {
@@ -335,7 +335,7 @@ impl Workpiece for AnyWorkpiece {
     }
 }
 
-/// The pass of a tool and a workpiece of a test's own.
+/// Creates the pass of a tool and a workpiece of any types.
 pub fn pass_with(
     settings: &Settings,
     tool: impl Tool + 'static,

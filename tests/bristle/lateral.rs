@@ -1,18 +1,20 @@
-//! The lateral amplification of planar passes, held against spatial passes of slightly tilted
+//! The lateral amplification of planar passes, compared with spatial passes of slightly tilted
 //! clamps.
+
+use std::f64::consts::PI;
 
 use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
 use bristle::model::settings::{Settings, WorkpieceKind};
 
 use crate::common::{case, metrics};
 
-/// Tolerance of the comparisons with exact derivatives: its error is far below the limits below.
+/// Tolerance of the comparisons with exact derivatives: its error is far below their limits.
 const TIGHT: f64 = 1e-9;
 /// Largest `|z_tip|/l_f` of the tilted passes. The motion is odd in the tilt, so that the ratio
-/// deviates by its square.
-const EXCURSION: f64 = 1e-3;
+/// deviates by the square of this.
+const MAX_EXCURSION: f64 = 1e-3;
 
-/// Cases of the paper's brush, and what is changed in each.
+/// Cases of the paper's brush, each with its change.
 fn cases() -> [(&'static str, Settings); 14] {
     let plain = |velocity, depth| case(25, velocity, depth);
     let with = |velocity, depth, change: fn(&mut Settings)| {
@@ -98,7 +100,7 @@ fn the_amplification_is_that_of_a_small_tilt() {
     let mut unstable = 0;
     for (name, settings) in cases() {
         let expected = amplification(&settings, 0.0, TIGHT);
-        let measured = amplification(&settings, EXCURSION / expected, TIGHT);
+        let measured = amplification(&settings, MAX_EXCURSION / expected, TIGHT);
         assert!(
             (measured / expected - 1.0).abs() < 0.01,
             "{name}: {measured} for {expected}"
@@ -129,4 +131,18 @@ fn a_spatial_pass_without_a_tilt_has_no_amplification() {
         (metrics.lateral_amplification, metrics.laterally_unstable),
         (0.0, false)
     );
+}
+
+/// A half turn about `x` or `y` turns the tool over; a plane sees the same filaments.
+#[test]
+fn a_tool_turned_over_has_the_same_amplification() {
+    let upright = metrics(&case(12, 2.5, 1e-3));
+    assert!(upright.lateral_amplification > UNSTABLE_AMPLIFICATION);
+    for (tilt, skew) in [(PI, 0.0), (0.0, PI)] {
+        let mut settings = case(12, 2.5, 1e-3);
+        (settings.tool.tilt_rad, settings.tool.skew_rad) = (Some(tilt), skew);
+        let over = metrics(&settings);
+        let ratio = over.lateral_amplification / upright.lateral_amplification;
+        assert!((ratio - 1.0).abs() < 1e-6, "{tilt} {skew}: {ratio}");
+    }
 }

@@ -3,7 +3,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::common::{case, filament, random_state, residual};
+use crate::common::{case, filament, metrics, random_state, residual};
 use bristle::simulation::simulate;
 use bristle_equations::evaluation::{ChainState, evaluate};
 use fastrand::Rng;
@@ -32,7 +32,7 @@ fn slow_and_stiff_contacts_end() {
 
 #[test]
 fn contact_time_ratio_does_not_exceed_one() {
-    // A node so thick that it touches from start to end.
+    // The node is so thick that it touches from start to end.
     let mut settings = case(5, 10.0, 1e-3);
     settings.contact.radius_m = 0.02;
     settings.contact.stiffness_n_m = 10.0;
@@ -74,5 +74,30 @@ fn folded_joints_and_poles_are_finite() {
             .as_flattened()
             .iter()
             .all(|value| value.is_finite())
+    );
+}
+
+/// A contact so soft that it does not bend a stiff filament: the impulse is the integral of the
+/// force on the undeformed nodes, which a step must resolve although nothing else happens.
+#[test]
+fn the_impulse_of_a_very_soft_contact_is_resolved() {
+    const STEPS: usize = 100_000;
+    let mut settings = case(3, 1.0, 1e-3);
+    settings.filament.youngs_modulus_pa = 1e13;
+    settings.filament.damping_ratio = 1.0;
+    settings.contact.stiffness_n_m = 1e-4;
+    settings.contact.exponent = 3.0;
+    let radius = settings.tool_radius_m();
+    let half = (1.0 - 1e-3 / radius).acos();
+    let force = |angle: f64| 1e-4 * (radius * angle.cos() - (radius - 1e-3)).max(0.0).powi(3);
+    let step = 2.0 * half / STEPS as f64;
+    let sum: f64 = (0..STEPS)
+        .map(|k| force((k as f64 + 0.5) * step - half))
+        .sum();
+    let expected = sum * step / settings.angular_velocity_rad_s();
+    let found = metrics(&settings).contact_normal_impulse_n_s;
+    assert!(
+        (found / expected - 1.0).abs() < 1e-4,
+        "{found:e} {expected:e}"
     );
 }

@@ -1,4 +1,4 @@
-//! Where along the profile of the workpiece the work of a pass is done.
+//! Distribution of the work of a pass along the profile of the workpiece.
 
 use bristle::model::settings::{
     ChamferSettings, ProfileSettings, Settings, Side, Turns, WorkpieceKind,
@@ -62,7 +62,7 @@ pub fn all() -> impl Iterator<Item = Settings> {
     let entering = settings(edge(Side::Entering, -0.01), 0.3);
     let mut moving = settings(edge(Side::Leaving, 0.005), 0.3);
     moving.workpiece.feed_velocity_m_s = 0.3;
-    // An edge so thin that it is a whole circle, which the filament sweeps over.
+    // The edge is so thin that it is a whole circle, which the filament sweeps over.
     let wire = settings(WorkpieceKind::cylinder(0.002), 0.3);
     // The work is that of the last turn.
     let mut turning = settings(edge(Side::Leaving, 0.0), 0.3);
@@ -131,7 +131,7 @@ fn sums_over_the_profile_are_the_metrics() {
     }
 }
 
-/// The moment of a normal force follows from where it acts.
+/// The moment of a normal force follows from its place.
 #[test]
 fn the_work_is_where_its_moment_says() {
     for settings in all().filter(|settings| settings.contact.friction_coefficient == 0.0) {
@@ -154,7 +154,7 @@ fn the_work_is_where_its_moment_says() {
                 .normal;
             (cell.x_m * y - cell.y_m * x) * cell.normal_impulse_n_s_m
         };
-        // On the scale of the contact's length.
+        // The scale is the length of the contact.
         let scale = 0.02 * metrics.contact_normal_impulse_n_s;
         let found = sum(&profile, moment);
         assert!(
@@ -193,8 +193,8 @@ fn a_moving_workpiece_has_the_work_in_its_own_coordinates() {
         .sum();
     // ∫ F_n (x − v_ft t) dt
     let expected = metrics.contact_angular_impulse_n_m_s - 0.4 * later;
-    // A part of a cell, which is where most of the impulse of an impact is; the feed shifts it by
-    // much more.
+    // The impulse of an impact is mostly in a part of a cell; the feed shifts the mean by much
+    // more.
     let tolerance = 0.1 * 0.25e-3 * metrics.contact_normal_impulse_n_s;
     assert!(
         (mean - expected).abs() < tolerance && 0.4 * later > 10.0 * tolerance,
@@ -208,7 +208,7 @@ fn cells_are_an_outline_by_arc_length() {
     for settings in all() {
         let pass = Pass::new(&settings);
         let workpiece = pass.workpiece();
-        let profile = workpiece.profile(0.181).expect("a profile");
+        let profile = pass.outline(0.181).expect("a profile");
         assert!(profile.cells.len() > 24);
         for pair in profile.cells.windows(2) {
             assert!((pair[0].arc_length[1] - pair[1].arc_length[0]).abs() < 1e-15);
@@ -223,7 +223,7 @@ fn cells_are_an_outline_by_arc_length() {
                 length <= 0.2501e-3 && chord <= length * (1.0 + 1e-9) && chord > 0.99 * length,
                 "{cell:?}"
             );
-            // A little inside and outside, where the workpiece has moved to.
+            // The points are a little inside and outside of the moved workpiece.
             let [x, y] = [(start[0] + end[0]) / 2.0, (start[1] + end[1]) / 2.0];
             let [u, v] = [(end[0] - start[0]) / length, (end[1] - start[1]) / length];
             for away in [-1e-5, 1e-5] {
@@ -256,7 +256,7 @@ fn an_edge_has_a_share_of_the_impulse_and_an_evenness() {
         );
         assert!(metrics.edge_evenness <= 1.0);
     }
-    // It passes where there is nothing.
+    // The filament meets nothing.
     let never = settings(edge(Side::Leaving, -0.1), 0.3);
     let Simulation {
         metrics, profile, ..

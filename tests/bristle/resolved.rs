@@ -1,5 +1,8 @@
-//! Is every contact resolved? Passes whose contacts are short, thick, or out of the way of the
+//! Is every contact resolved? Passes whose contacts are short, thick, or off the path of the
 //! undeformed filament.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::common::{case, pass_with};
 use bristle::equations::linear::{add, dot, scale};
@@ -47,11 +50,11 @@ fn a_face_that_is_crossed_within_a_step_is_met() {
         );
         metrics.contact_normal_impulse_n_s
     };
-    // Converged: at 1e-9. Missed, the contact gave 4.41e-3.
+    // The impulse in N s at 1e-9; without the contact it was 4.41e-3.
     let expected = 2.775_903_5e-3;
     for tolerance in [1e-4, 1e-5, 1e-6, 1e-7] {
         let impulse = impulse(tolerance);
-        // The error of a step is the tolerance, of some hundred steps.
+        // Each of some hundred steps may be off by the tolerance.
         assert!(
             (impulse / expected - 1.0).abs() < 100.0 * tolerance.max(1e-7),
             "{tolerance}: {impulse:e}"
@@ -59,7 +62,7 @@ fn a_face_that_is_crossed_within_a_step_is_met() {
     }
 }
 
-/// A stiff filament of three segments that bounces over bumps, 1.5 mm apart and drawn with `seed`,
+/// A stiff filament of three segments that bounces over bumps, drawn with `seed` and 1.5 mm apart,
 /// a tenth of a segment.
 fn over_bumps(seed: u64, tolerance: f64) -> Settings {
     let mut settings = Settings::paper(19.3, 1.23e-3);
@@ -93,8 +96,8 @@ fn no_bump_of_a_spline_is_passed_over() {
                 .metrics;
             metrics.contact_normal_impulse_n_s
         });
-        // The error of a step is the tolerance, of some hundred steps. One bump that is missed
-        // changes all that follow, by up to 30 %.
+        // Each of some hundred steps may be off by the tolerance. A missed bump changes all that
+        // follow, by up to 30 %.
         assert!(
             (loose / tight - 1.0).abs() < 1e-3,
             "{seed}: {loose:e} {tight:e}"
@@ -132,7 +135,7 @@ fn the_profile_reaches_as_far_as_the_contact_radius() {
     );
 }
 
-/// A plane without an end of the contact: all around the tool.
+/// A surface all around the tool, on which the contact has no end.
 #[derive(Clone, Debug)]
 struct Around(Plane);
 
@@ -173,16 +176,16 @@ fn a_tool_that_begins_inside_the_workpiece_is_refused() {
 #[derive(Clone, Debug)]
 struct Broken {
     plane: Plane,
-    /// Until this time in s, what is inside seems to be outside, as if the onset of its contact
-    /// were passed over.
+    /// Time in s until which nodes inside seem to be outside, as if the onset of their contact were
+    /// missed.
     hidden_until: f64,
-    /// By how much the normal leans towards `x`, away from the gradient of the gap.
+    /// Lean of the normal towards `x`, away from the gradient of the gap.
     lean: f64,
 }
 
 impl Broken {
-    /// The energy residual of the pass over a plane that `change` breaks; it gets the times of the
-    /// nominal contact.
+    /// The energy residual of the pass over a plane that `change` breaks; `change` gets the times
+    /// of the nominal contact.
     fn residual(
         settings: &Settings,
         change: impl FnOnce(&mut Self, [f64; 2]),
@@ -250,6 +253,69 @@ fn a_missed_onset_is_an_error() {
             "{error}"
         );
     }
+}
+
+/// A plane whose normal leans until a pass has come to `end` (s).
+#[derive(Clone, Debug)]
+struct LeaningOnce {
+    broken: Broken,
+    end: f64,
+    has_ended: Arc<AtomicBool>,
+}
+
+impl Workpiece for LeaningOnce {
+    fn surface(&self, position: [f64; 3], time: f64) -> Surface {
+        if time >= self.end {
+            self.has_ended.store(true, Ordering::Relaxed);
+        }
+        if self.has_ended.load(Ordering::Relaxed) {
+            self.broken.plane.surface(position, time)
+        } else {
+            self.broken.surface(position, time)
+        }
+    }
+
+    fn is_planar(&self) -> bool {
+        true
+    }
+
+    fn translates(&self) -> bool {
+        true
+    }
+
+    fn contact_arc(&self, tip: &dyn Fn(f64) -> [f64; 3]) -> Option<ContactArc> {
+        self.broken.contact_arc(tip)
+    }
+}
+
+#[test]
+fn a_pass_that_is_not_resolved_is_repeated_with_shorter_steps() {
+    let mut settings = case(6, 10.0, 1e-3);
+    let plane = Plane::of(
+        &settings.workpiece,
+        settings.tool_radius_m() - settings.process.penetration_depth_m,
+    );
+    let broken = Broken {
+        plane: plane.clone(),
+        hidden_until: f64::NEG_INFINITY,
+        lean: 0.1,
+    };
+    let leaning = LeaningOnce {
+        broken,
+        end: 0.99 * Pass::new(&settings).end_time(),
+        has_ended: Arc::default(),
+    };
+    let tool = RotaryTool::of(&settings);
+    let repeated = pass_with(&settings, tool.clone(), leaning)
+        .expect("the tips touch")
+        .simulate(Sampling::default())
+        .expect("the second pass is resolved");
+    settings.solver.relative_tolerance *= 0.1;
+    let refined = pass_with(&settings, tool, plane)
+        .expect("the tips touch")
+        .simulate(Sampling::default())
+        .expect("a pass");
+    assert_eq!(repeated.metrics, refined.metrics);
 }
 
 #[test]

@@ -9,8 +9,9 @@ use bristle::model::settings::{
     ChamferSettings, ProfileSettings, RoundSettings, Settings, Side, WorkpieceKind,
     WorkpieceSettings,
 };
-use bristle::simulation::{FilamentSystem, Pass};
-use bristle::workpiece::{Edge, Part, Surface, Workpiece};
+use bristle::simulation::{FilamentSystem, Pass, Sampling};
+use bristle::tool::RotaryTool;
+use bristle::workpiece::{ContactArc, Edge, Part, Plane, Surface, Workpiece};
 use fastrand::Rng;
 
 use crate::agreement::{STEPS, check_solve};
@@ -94,8 +95,7 @@ fn deviation(a: &Metrics, b: &Metrics) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// A bent chain in the plane above an edge that it touches at `fraction` of a segment, or at a
-/// node.
+/// A bent chain in the plane above an edge, which touches the last segment at its share `at`.
 fn touching(rng: &mut Rng, segments: usize, at: f64) -> (RandomState, Edge) {
     let mut state = random_state(rng, segments);
     for q in &mut state.q {
@@ -152,7 +152,7 @@ fn the_step_matrix_of_an_edge_contact_matches_differences() {
         let mut system = FilamentSystem::new(state.chain.clone(), motion, law, Wire(edge), false);
         system.set_closed(0, segments, true);
         system.set_start(0, segments, segments - 1);
-        // So do they with the accelerations.
+        // It also neglects terms with the accelerations.
         let at_rest = vec![[0.0; 2]; segments];
         let loads = system.loads(0.0);
         assert!(loads.loads_points());
@@ -188,7 +188,7 @@ fn circle(count: usize, radius: f64) -> Vec<[f64; 2]> {
 
 #[test]
 fn a_round_profile_is_a_cylinder() {
-    // As a face, and as an edge that goes all the way round.
+    // The profile is a face, and an edge that goes all the way round.
     for radius in [0.05, 2e-3] {
         for friction in [0.0, 0.3] {
             let control_points_m = circle(120, radius);
@@ -216,7 +216,7 @@ fn a_round_profile_is_a_cylinder() {
 
 #[test]
 fn a_moving_edge_is_a_moved_one_seen_from_another_frame() {
-    // The edge comes to the filament by 0.2 mm until it is met.
+    // The edge approaches the filament by 0.2 mm until they meet.
     let mut settings = edge(10.0, 1e-3, Side::Entering, -3e-3);
     let fixed = metrics(&settings);
     settings.workpiece.feed_velocity_m_s = 1e-3;
@@ -255,7 +255,7 @@ fn nominal_contact_is_that_of_the_undeformed_filament() {
         ((tips * tips + distance * distance - radius * radius) / (2.0 * tips * distance)).acos();
     let found = Pass::new(&cylinder(0.0)).nominal().contact_angle;
     assert!((found / (2.0 * half) - 1.0).abs() < 1e-9, "{found} {half}");
-    // Out of reach.
+    // This one is out of reach.
     let missed = metrics(&cylinder(0.2));
     assert_eq!(
         (
@@ -345,8 +345,71 @@ fn parts_have_the_edges_of_their_kind() {
     assert_eq!(count(&case(10, 10.0, 1e-3)), 0);
     let mut settings = edge(10.0, 1e-3, Side::Leaving, 0.0);
     assert_eq!(count(&settings), 1);
-    // Five segments of 4 mm.
+    // More than five segments of 4 mm.
     settings.workpiece.kind.set_edge_radius_m(21e-3);
     assert_eq!(count(&settings), 0);
     assert_eq!(count(&on(WorkpieceKind::Chamfer(chamfer()), 10.0, 1e-3)), 2);
+}
+
+/// A plane whose normal is twice as long as a unit vector.
+#[derive(Clone, Debug)]
+struct LongNormal(Plane);
+
+impl Workpiece for LongNormal {
+    fn surface(&self, position: [f64; 3], time: f64) -> Surface {
+        let surface = self.0.surface(position, time);
+        Surface {
+            normal: scale(2.0, surface.normal),
+            ..surface
+        }
+    }
+
+    fn contact_arc(&self, tip: &dyn Fn(f64) -> [f64; 3]) -> Option<ContactArc> {
+        self.0.contact_arc(tip)
+    }
+}
+
+#[test]
+fn a_normal_that_is_no_unit_vector_is_refused() {
+    let settings = case(6, 10.0, 1e-3);
+    let plane = Plane::of(&settings.workpiece, settings.tool_radius_m() - 1e-3);
+    let tool = RotaryTool::of(&settings);
+    let pass = common::pass_with(&settings, tool, LongNormal(plane)).expect("the tips touch");
+    let error = pass
+        .simulate(Sampling::default())
+        .expect_err("at the first touch");
+    assert!(error.to_string().contains("length 2.000000"), "{error}");
+}
+
+/// Wherever a bend with a radius of some 50 µm lies on a long profile, it is an edge.
+#[test]
+fn a_tight_bend_of_a_long_profile_is_an_edge() {
+    for shift in 0..20 {
+        let x = 7.3e-6 * f64::from(shift);
+        let near = 1.5e-4 / 2.0_f64.sqrt();
+        let control_points_m = vec![
+            [-0.2, 0.0],
+            [x - 1.5e-4, 0.0],
+            [x, 0.0],
+            [x + near, -near],
+            [x + 0.14, -0.14],
+        ];
+        let mut settings = on(profile(2, control_points_m), 10.0, 1e-3);
+        settings.filament.segments = 6;
+        let edges = Pass::new(&settings).workpiece().edges().len();
+        assert_eq!(edges, 1, "the bend at {x}");
+    }
+}
+
+/// Cells are a share of the filament, not of the paper's.
+#[test]
+fn short_filaments_have_short_cells() {
+    let mut settings = case(6, 10.0, 1e-3);
+    settings.filament.length_m = 0.01;
+    let cells = Pass::new(&settings).profile().expect("a profile").cells;
+    let longest = cells
+        .iter()
+        .map(|cell| cell.arc_length[1] - cell.arc_length[0])
+        .fold(0.0, f64::max);
+    assert!(longest < 0.01 / 159.0, "{longest}");
 }

@@ -2,7 +2,7 @@
 //!
 //! Every span of the B-spline is a polynomial. It is cut into [pieces](piece) that turn by little,
 //! and a [grid] of the plane lists the pieces that can be nearest to the points of each cell. A
-//! query looks at these alone.
+//! query searches these alone.
 
 mod bezier;
 mod crossing;
@@ -21,15 +21,15 @@ use piece::{MAX_DEGREE, Piece};
 
 use crate::equations::linear::{add, dot, scale, sub};
 
-/// The farthest that a control point may be from the origin, in m.
+/// Largest coordinate of a control point in m.
 const MAX_COORDINATE: f64 = 1e3;
 
-/// Parts of the curve that cannot be told apart when they are as short as this share of its size
-/// count as crossing.
-const TOUCH: f64 = 1e-6;
+/// Size of parts of the curve, over its own size, at which parts that cannot be told apart count as
+/// crossing.
+const CROSSING_SHARE: f64 = 1e-6;
 
-/// The smallest angle that makes a corner, in rad. Joints of smooth spans turn by rounding errors.
-const CORNER: f64 = 1e-8;
+/// Smallest angle that makes a corner, in rad. Joints of smooth spans turn by rounding errors.
+const MIN_CORNER_ANGLE: f64 = 1e-8;
 
 /// A B-spline curve in the x-y plane with material on its right-hand side.
 ///
@@ -43,20 +43,19 @@ const CORNER: f64 = 1e-8;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spline {
     pieces: Vec<Piece>,
-    /// By piece, the corner at its start, and last the one at the end of an open curve, which is
-    /// none.
+    /// Corner at the start of each piece, then at the end of the curve: `None` if open.
     corners: Vec<Option<Corner>>,
-    /// None if the curve is closed.
+    /// `None` if the curve is closed.
     ends: Option<[Ray; 2]>,
     length: f64,
     largest_curvatures: [f64; 2],
     grid: Grid,
 }
 
-/// The point of a profile that is nearest to a given point.
+/// Point of a profile that is nearest to a given point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Foot {
-    /// Where it is, in m.
+    /// Position in m.
     pub point: [f64; 2],
     /// Outward unit normal: the gradient of the gap. To the left of the direction of travel, except
     /// at a corner, where it is parallel to the line between both points.
@@ -75,15 +74,15 @@ pub struct Foot {
 /// A joint at which the curve turns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Corner {
-    /// The sum of the normals on both sides. Its sign seen from a point whose nearest point is the
+    /// Sum of the normals on both sides. Its sign seen from a point whose nearest point is the
     /// corner says whether that point is outside (Bærentzen and Aanæs 2005, "Signed distance
     /// computation using the angle weighted pseudonormal").
     normal: Point,
-    /// Whether the curve turns to the right.
+    /// `true` if the curve turns to the right.
     convex: bool,
 }
 
-/// The straight continuation of an open curve.
+/// Straight continuation of an open curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ray {
     end: Point,
@@ -100,14 +99,14 @@ struct Ray {
 /// A place on the profile.
 #[derive(Clone, Copy, Debug)]
 enum CurvePlace {
-    /// The number of the end, and the way from it outwards in m.
+    /// Number of the end, and way from it outwards in m.
     Ray(usize, f64),
-    /// The number of the piece and its parameter.
+    /// Number of the piece and its parameter.
     Piece(usize, f64),
 }
 
 impl Spline {
-    /// The curve of `degree` with `control_points` (m), of which a closed one does not repeat the
+    /// Creates the curve of `degree` with `control_points` (m). A closed one does not repeat the
     /// first at the end.
     ///
     /// Arc length counts from the first control point of an open curve. A closed curve of odd
@@ -139,7 +138,7 @@ impl Spline {
             } else {
                 span
             };
-            cut(span, TOUCH * size, &mut chain, &mut pieces).map_err(|position| {
+            cut(span, CROSSING_SHARE * size, &mut chain, &mut pieces).map_err(|position| {
                 SplineError::Stops {
                     position,
                     point: nearest(position),
@@ -175,8 +174,8 @@ impl Spline {
         })
     }
 
-    /// The point of the profile nearest to `point` (m), continuations of an open curve included. If
-    /// several are equally near, it is one of them, always the same.
+    /// Returns the point of the profile nearest to `point` (m), continuations of an open curve
+    /// included. If several are equally near, it is always the same one.
     pub fn nearest(&self, point: [f64; 2]) -> Foot {
         let mut best = (CurvePlace::Piece(0, -1.0), f64::INFINITY);
         for (number, ray) in self.ends.iter().flatten().enumerate() {
@@ -191,7 +190,7 @@ impl Spline {
             let piece = &self.pieces[number as usize];
             piece.squared_distance_bound(piece.local(point))
         };
-        // The piece that looks nearest goes first: most others are then out of the question.
+        // The piece that looks nearest goes first: it excludes most others.
         let mut first = (u32::MAX, best.1);
         for &number in candidates {
             let bound = bound(number);
@@ -218,18 +217,19 @@ impl Spline {
         self.foot(best.0, point)
     }
 
-    /// Number of pieces, none of which turns by more than some 20°.
+    /// Returns the number of pieces, none of which turns by more than some 20°.
     pub fn pieces(&self) -> usize {
         self.pieces.len()
     }
 
-    /// Arc length in m, without the continuations of an open curve.
+    /// Returns the arc length in m, without the continuations of an open curve.
     pub fn length(&self) -> f64 {
         self.length
     }
 
-    /// Point (m) and unit direction of travel at `arc_length` (m) from the start. Beyond the ends
-    /// of an open curve these are on its straight continuations; a closed curve is passed again.
+    /// Returns point (m) and unit direction of travel at `arc_length` (m) from the start. Beyond
+    /// the ends of an open curve these are on its straight continuations; a closed curve is passed
+    /// again.
     pub fn at(&self, arc_length: f64) -> ([f64; 2], [f64; 2]) {
         let arc_length = match &self.ends {
             None => arc_length.rem_euclid(self.length),
@@ -252,8 +252,8 @@ impl Spline {
         (piece.global(value), unit(piece.global_direction(velocity)))
     }
 
-    /// Point (m) and unit direction of travel at a part of the way through the pieces, from 0 to
-    /// their number: a parameter that rises with the arc length and costs less.
+    /// Returns point (m) and unit direction of travel by a parameter from 0 to the number of
+    /// pieces, which rises with the arc length and costs less.
     pub fn along_pieces(&self, parameter: f64) -> ([f64; 2], [f64; 2]) {
         let number = (parameter as usize).min(self.pieces.len() - 1);
         let piece = &self.pieces[number];
@@ -261,24 +261,37 @@ impl Spline {
         (piece.global(value), unit(piece.global_direction(velocity)))
     }
 
-    /// Whether the curve ends where it starts.
+    /// Returns `true` if the curve ends where it starts.
     pub fn is_closed(&self) -> bool {
         self.ends.is_none()
     }
 
-    /// The smallest radius of curvature in m where the material is convex: 0 at a corner, infinite
-    /// if it is nowhere convex.
+    /// Returns the smallest radius of curvature in m where the material is convex: 0 at a corner,
+    /// infinite if it is nowhere convex.
     pub fn smallest_convex_radius(&self) -> f64 {
         1.0 / self.largest_curvatures[0]
     }
 
-    /// The largest curvature in 1/m where the material is convex, and where it is concave; infinite
-    /// at a corner.
+    /// Returns arc lengths in m, in ascending order, between which the curvature is monotonic: points of
+    /// each piece, and those of its largest and smallest curvature.
+    pub(super) fn curvature_places(&self) -> Vec<f64> {
+        let of_piece = |piece: &Piece| {
+            let extremes = [1.0, -1.0].map(|sense| argmax(|u| sense * piece.curvature(u)));
+            let mut places: Vec<f64> = (0..=INTERVALS).map(parameter).chain(extremes).collect();
+            places.sort_by(f64::total_cmp);
+            let along = |u: f64| (piece.start + piece.arc_length(u)).clamp(0.0, self.length);
+            places.into_iter().map(along).collect::<Vec<f64>>()
+        };
+        self.pieces.iter().flat_map(of_piece).collect()
+    }
+
+    /// Returns the largest curvature in 1/m where the material is convex, and where it is concave;
+    /// infinite at a corner.
     pub fn largest_curvatures(&self) -> [f64; 2] {
         self.largest_curvatures
     }
 
-    /// What is to be known about `place`, seen from `point`.
+    /// Returns the foot at `place`, seen from `point`.
     #[inline]
     fn foot(&self, place: CurvePlace, point: Point) -> Foot {
         match place {
@@ -317,7 +330,7 @@ impl Spline {
 }
 
 impl Corner {
-    /// `smooth`, the foot at this corner as one of its sides sees it, corrected.
+    /// Corrects `smooth`, the foot at this corner as one of its sides sees it.
     fn foot(&self, smooth: Foot, point: Point) -> Foot {
         let offset = sub(point, smooth.point);
         let distance = dot(offset, offset).sqrt();
@@ -341,7 +354,7 @@ impl Corner {
     }
 }
 
-/// What can be said before any curve is made.
+/// Checks the arguments before any curve is made.
 fn check(control_points: &[Point], degree: usize, closed: bool) -> Result<(), SplineError> {
     if !(1..=MAX_DEGREE).contains(&degree) {
         return Err(SplineError::Degree { degree });
@@ -366,7 +379,7 @@ fn check(control_points: &[Point], degree: usize, closed: bool) -> Result<(), Sp
     Ok(())
 }
 
-/// The number of the control point nearest to `position`, from 1.
+/// Returns the number of the control point nearest to `position`, from 1.
 fn nearest_of(control_points: &[Point], position: Point) -> usize {
     let square = |index: &usize| {
         let offset = sub(control_points[*index], position);
@@ -376,8 +389,8 @@ fn nearest_of(control_points: &[Point], position: Point) -> usize {
     nearest.map_or(0, |index| index + 1)
 }
 
-/// Whether a span goes straight ahead, to within `rounding` (m). Beside coinciding control points
-/// it then has no speed at its end, which its chord has.
+/// Returns `true` if a span goes straight ahead, to within `rounding` (m). Beside coinciding
+/// control points it then has no speed at its end, but its chord has.
 fn is_straight(span: &[Point], rounding: f64) -> bool {
     let chord = sub(span[span.len() - 1], span[0]);
     let axis = unit(chord);
@@ -390,8 +403,8 @@ fn is_straight(span: &[Point], rounding: f64) -> bool {
             .all(|&point| cross(axis, sub(point, span[0])).abs() <= rounding)
 }
 
-/// Halves `span` until each part is a piece, and adds the parts to `chain` and `pieces`. If a part
-/// much shorter than `shortest` (m) is not, its position is the error: the curve stops there.
+/// Halves `span` until each part is a piece, and adds the parts to `chain` and `pieces`. The error
+/// is the position of a part much shorter than `shortest` (m) that is none: the curve stops there.
 fn cut(
     span: Vec<Point>,
     shortest: f64,
@@ -412,8 +425,8 @@ fn cut(
         .try_for_each(|half| cut(half, shortest, chain, pieces))
 }
 
-/// The corners at the starts of the pieces and at the end of the last. The error is the number of a
-/// piece that turns back from the one before it.
+/// Returns the corners at the starts of the pieces and at the end of the last. The error is the
+/// number of a piece that turns back from the one before it.
 fn corners(pieces: &[Piece], closed: bool) -> Result<Vec<Option<Corner>>, usize> {
     let count = pieces.len();
     let mut corners = vec![None; count + 1];
@@ -424,7 +437,7 @@ fn corners(pieces: &[Piece], closed: bool) -> Result<Vec<Option<Corner>>, usize>
         if turn.abs() > PI - 1e-6 {
             return Err(start);
         }
-        if turn.abs() > CORNER {
+        if turn.abs() > MIN_CORNER_ANGLE {
             corners[start] = Some(Corner {
                 normal: add(left(before), left(after)),
                 convex: turn < 0.0,
@@ -437,7 +450,7 @@ fn corners(pieces: &[Piece], closed: bool) -> Result<Vec<Option<Corner>>, usize>
     Ok(corners)
 }
 
-/// The straight continuations of an open curve.
+/// Returns the straight continuations of an open curve.
 fn rays(pieces: &[Piece], length: f64) -> [Ray; 2] {
     let (first, last) = (&pieces[0], &pieces[pieces.len() - 1]);
     let ([start, _], [_, end]) = (first.end_directions(), last.end_directions());
@@ -471,7 +484,7 @@ fn check_crossing(
         chain.insert(0, vec![far(before), before.end]);
         chain.push(vec![behind.end, far(behind)]);
     }
-    match crossing::find(&chain, ends.is_none(), TOUCH * size) {
+    match crossing::find(&chain, ends.is_none(), CROSSING_SHARE * size) {
         None => Ok(()),
         Some((i, j, position)) if ends.is_some() && (i == 0 || j + 1 == chain.len()) => {
             Err(SplineError::EndsCross { position })
@@ -480,8 +493,8 @@ fn check_crossing(
     }
 }
 
-/// See [`Spline::largest_curvatures`]: where the material is convex by the `sense` 1, where it is
-/// concave by −1.
+/// Returns the largest curvature ([`Spline::largest_curvatures`]) where the material is convex
+/// (`sense` 1) or concave (−1).
 fn largest_curvature(pieces: &[Piece], corners: &[Option<Corner>], sense: f64) -> f64 {
     if corners
         .iter()
@@ -492,14 +505,21 @@ fn largest_curvature(pieces: &[Piece], corners: &[Option<Corner>], sense: f64) -
     }
     pieces
         .iter()
-        .map(|piece| largest_of(|u| sense * piece.curvature(u)))
+        .map(|piece| sense * piece.curvature(argmax(|u| sense * piece.curvature(u))))
         .fold(0.0, f64::max)
 }
 
-/// The largest `curvature` of a piece, by its parameter: the best of many, refined by thirds.
-fn largest_of(curvature: impl Fn(f64) -> f64) -> f64 {
-    const INTERVALS: i32 = 64;
-    let at = |step: i32| f64::from(2 * step - INTERVALS) / f64::from(INTERVALS);
+/// Equal parts of a piece in which its curvature is looked at.
+const INTERVALS: i32 = 64;
+
+/// Returns the parameter of a piece, from −1 to 1, at the end of some of its parts.
+fn parameter(parts: i32) -> f64 {
+    f64::from(2 * parts - INTERVALS) / f64::from(INTERVALS)
+}
+
+/// Returns the parameter of the largest `curvature` of a piece: the best of many, refined by thirds.
+fn argmax(curvature: impl Fn(f64) -> f64) -> f64 {
+    let at = parameter;
     let largest = (0..=INTERVALS).max_by(|&a, &b| curvature(at(a)).total_cmp(&curvature(at(b))));
     let step = largest.unwrap_or(0);
     let (mut low, mut high) = (at((step - 1).max(0)), at((step + 1).min(INTERVALS)));
@@ -511,5 +531,10 @@ fn largest_of(curvature: impl Fn(f64) -> f64) -> f64 {
             high = b;
         }
     }
-    curvature(at(step)).max(curvature((low + high) / 2.0))
+    let refined = (low + high) / 2.0;
+    if curvature(refined) > curvature(at(step)) {
+        refined
+    } else {
+        at(step)
+    }
 }

@@ -239,7 +239,7 @@ impl<'a> Frame<'a> {
             * farthest.fold(0.0, |reach: f64, [radius, height]| {
                 reach.max(radius.hypot(height))
             });
-        let profile = pass.workpiece().profile(reach).unwrap_or_default();
+        let profile = pass.outline(reach).unwrap_or_default();
         Self {
             settings,
             trim,

@@ -236,8 +236,7 @@ fn gap(workpiece: &impl Workpiece, position: [f64; 3], time: f64) -> f64 {
 /// as the trim turns. It is as it lies at time zero, or where the workpiece has come up to.
 fn workpiece(pass: &Pass, settings: &Settings) -> String {
     let profile = pass
-        .workpiece()
-        .profile((1.0 + MARGIN) * settings.tool_radius_m())
+        .outline((1.0 + MARGIN) * settings.tool_radius_m())
         .unwrap_or_default();
     // Along z, but for a plane that is tilted about its line at z = 0.
     let [x, y, z] = unit_normal(&settings.workpiece);

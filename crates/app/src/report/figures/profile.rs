@@ -419,7 +419,7 @@ fn upright_panes(
 ) -> Option<Vec<Pane>> {
     let pass = Pass::new(settings);
     // As far as the picture may go.
-    let outline = pass.workpiece().profile(1.5 * settings.tool_radius_m())?;
+    let outline = pass.outline(1.5 * settings.tool_radius_m())?;
     // As they are seen from the workpiece, which may move.
     let [x_rate, y_rate, _] = pass.workpiece().surface([0.0; 3], 0.0).velocity;
     let seen = |shape: &Shape| {
