@@ -68,7 +68,8 @@ pub fn of_simulation(error: SimulationError) -> PyErr {
         SimulationError::Integration(IntegrationError::NotFree | IntegrationError::Stopped)
         | SimulationError::NotFinite
         | SimulationError::Force(_)
-        | SimulationError::Unbalanced { .. } => (None, None),
+        | SimulationError::Unbalanced { .. }
+        | SimulationError::NoEquilibrium { .. } => (None, None),
     };
     failed(error, time, step)
 }

@@ -128,6 +128,12 @@ pub enum CliError {
     Exists(PathBuf),
     #[error("without a terminal to ask at, state {0}")]
     Unanswered(String),
+    /// An option that this input file has no use for.
+    #[error("{option} is for {remedy}")]
+    Option {
+        option: &'static str,
+        remedy: &'static str,
+    },
     /// An answer to a question that the setting cannot have.
     #[error("{0}")]
     Answer(String),

@@ -1,4 +1,4 @@
-//! The forces of a problem's tools, simulated side by side.
+//! Forces of the tools of a problem, simulated side by side.
 
 use std::io;
 use std::ops::ControlFlow;
@@ -12,14 +12,15 @@ use parking_lot::Mutex;
 use thiserror::Error;
 
 use crate::calibrate::problem::{Forces, Problem, ToolPlace, forces_of};
+use crate::text::number::short;
 
-/// Why a calibration has no result.
+/// Reason why a calibration has no result.
 #[derive(Debug, Error)]
 pub enum Interrupted {
-    /// It was asked to stop.
+    /// Stop on request.
     #[error("the calibration was stopped")]
     Stopped,
-    /// The forces or radii cannot be simulated, or not be kept, in words.
+    /// Description of forces or radii that cannot be simulated or kept.
     #[error("{0}")]
     Failed(String),
 }
@@ -39,53 +40,53 @@ impl From<RemovalError> for Interrupted {
     }
 }
 
-/// Watches a calibration, and keeps what it has simulated, from any thread.
+/// Observer of a calibration, which may keep simulated forces. Any thread calls it.
 pub trait Observer: Sync {
-    /// This share of the work is done.
+    /// Receives the share of the work that is done.
     fn done(&self, _share: f64) {}
 
-    /// The forces of an earlier simulation of a brush.
+    /// Returns the forces of an earlier simulation of a brush.
     fn recall(&self, _settings: &Settings) -> Option<Forces> {
         None
     }
 
-    /// Keeps the forces of a brush; breaks if it cannot.
+    /// Keeps the forces of a brush; breaks on failure.
     fn keep(&self, _settings: &Settings, _forces: &Forces) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 }
 
-/// Watches nothing and keeps nothing.
+/// Observer that watches nothing and keeps nothing.
 pub struct Unwatched;
 
 impl Observer for Unwatched {}
 
-/// What a calibration may use, who can stop it, and who watches it.
+/// Resources, cancellation and progress reporting of a calibration.
 #[derive(Clone, Copy)]
 pub struct Means<'a> {
     /// Threads and memory.
     pub resources: Resources,
-    /// Ends it at the next step of each simulation.
+    /// Stop at the next step of each simulation.
     pub stop: &'a Stop,
-    /// Watches it.
+    /// Observer of the calibration.
     pub observer: &'a dyn Observer,
-    /// The number of starts besides the stated values, [`STARTS`](crate::calibrate::STARTS) unless these are
-    /// known to be near the minimum.
+    /// Number of starts besides the stated values, [`STARTS`](crate::calibrate::STARTS) unless
+    /// these are known to be near the minimum.
     pub starts: usize,
 }
 
-/// How precisely a stage simulates, and how its derivatives are taken.
+/// Precision of the simulations and of the derivatives of a stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Precision {
     /// Relative tolerance of passes.
     pub tolerance: f64,
     /// Step of differences in a coordinate.
     pub step: f64,
-    /// Whether differences are central, or of one step forwards.
+    /// `true` if differences are central, `false` if they are one-sided.
     pub central: bool,
-    /// The largest number of segments.
+    /// Largest number of segments.
     pub segments: usize,
-    /// Whether filaments that touch do so here.
+    /// `true` if filaments that touch interact.
     pub interacts: bool,
     /// Relative change of the sum of squares at which a descent has arrived.
     pub arrival: f64,
@@ -95,9 +96,9 @@ pub struct Precision {
 pub struct Simulator<'a> {
     pub problem: &'a Problem,
     pub means: Means<'a>,
-    /// The number of brushes that were simulated.
+    /// Number of brushes that were simulated or recalled.
     brushes: AtomicUsize,
-    /// Why a brush could not be, if one could not.
+    /// Place and error of the last brush that could not be simulated, behind the words that say so.
     failure: Mutex<Option<String>>,
 }
 
@@ -111,36 +112,53 @@ impl<'a> Simulator<'a> {
         }
     }
 
-    /// The error about a brush that could not be simulated.
+    /// Returns the error about a brush that could not be simulated.
     pub fn failure(&self) -> Interrupted {
         let failure = self.failure.lock().take();
         let failure = failure.as_deref();
-        let why = failure.unwrap_or("its settings contradict each other");
-        Interrupted::Failed(format!("a brush cannot be simulated: {why}"))
+        let why = failure.unwrap_or(": its settings contradict each other");
+        Interrupted::Failed(format!("a brush cannot be simulated{why}"))
     }
 
-    /// Counts a brush, and tells the share of the work if it is about that of brushes.
+    /// The place of a simulation in words: speed, depth, and the `values` of the fitted settings.
+    fn words(&self, settings: &Settings, values: &[f64]) -> String {
+        let process = &settings.process;
+        let (speed, depth_mm) = (
+            short(process.brushing_velocity_m_s),
+            short(1e3 * process.penetration_depth_m),
+        );
+        let fitted = self.problem.fitted.iter().zip(values);
+        let fitted: Vec<String> = fitted
+            .map(|(fitted, value)| format!("{} = {}", fitted.parameter.path, short(*value)))
+            .collect();
+        format!(
+            "at {speed} m/s and {depth_mm} mm with {}",
+            fitted.join(", ")
+        )
+    }
+
+    /// Counts a brush, and reports the share of the work that is done.
     fn count(&self) {
         /// Descents with interaction that are expected.
-        const DESCENTS: usize = 3;
+        const EXPECTED_DESCENTS: usize = 3;
         let done = 1 + self.brushes.fetch_add(1, Ordering::Relaxed);
         let settings = self.problem.fitted.len();
         let expected =
-            self.problem.points.len() * (2 + DESCENTS * (1 + 2 * settings) + 4 * settings);
+            self.problem.points.len() * (2 + EXPECTED_DESCENTS * (1 + 2 * settings) + 4 * settings);
         self.means
             .observer
             .done((done as f64 / expected as f64).min(0.95));
     }
 
-    /// Tells the share of the work that is done, where it is that of filaments alone.
+    /// Reports the share of the work that is done, for filaments alone.
     pub fn tell(&self, share: f64) {
         if !self.problem.has_brush() && self.problem.radii.is_none() {
             self.means.observer.done(share);
         }
     }
 
-    /// The forces at `places`, each with its values of the fitted settings; `None` where there is
-    /// no simulation.
+    /// Returns the forces at `places`, each with its values of the fitted settings; `None` where
+    /// there is no simulation.
     pub fn forces(
         &self,
         places: &[(ToolPlace, Vec<f64>)],
@@ -193,7 +211,9 @@ impl<'a> Simulator<'a> {
                     return ControlFlow::Continue(());
                 }
                 if let Err(error) = result {
-                    *self.failure.lock() = Some(error);
+                    let (_, values) = &places[positions[case]];
+                    let at = self.words(&cases[case], values);
+                    *self.failure.lock() = Some(format!(" {at}: {error}"));
                 }
                 let kept = forces.map_or(ControlFlow::Continue(()), |forces| {
                     observer.keep(&cases[case], &forces)
@@ -230,7 +250,7 @@ impl<'a> Simulator<'a> {
     }
 }
 
-/// Settings that are simulated with a precision.
+/// Returns settings that are simulated with a precision.
 fn at(
     mut settings: Settings,
     Precision {

@@ -48,6 +48,9 @@ const BRUSH_IN_WORDS: &str = "the brush";
 /// Number of frames, unless the sector is large.
 const FRAMES: u64 = 120;
 
+/// Time between two checkpoints in s, unless stated.
+const CHECKPOINT_EVERY_S: u64 = 10;
+
 /// Files of a brush, besides figures.
 const FILES: [&str; 5] = [METRICS, HISTORY, CHECKPOINT, CHECK, JOURNAL];
 
@@ -196,7 +199,7 @@ fn simulate(
     stop: &Stop,
 ) -> Result<(BrushResult, CheckpointFile), Halt> {
     let options = arguments.options();
-    let pause = Duration::from_secs(arguments.checkpoint_every);
+    let pause = Duration::from_secs(arguments.checkpoint_every.unwrap_or(CHECKPOINT_EVERY_S));
     let (mut checkpoint, state) = CheckpointFile::open(
         &arguments.job.out,
         settings,

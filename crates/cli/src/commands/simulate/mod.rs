@@ -66,9 +66,9 @@ pub struct SimulateArgs {
         value_parser = clap::value_parser!(u64).range(2..=MAX_SHAPES as u64),
     )]
     vtk: Option<u64>,
-    /// Time between two checkpoints of a brush, in s
-    #[arg(long, value_name = "SECONDS", default_value_t = 10, value_parser = clap::value_parser!(u64).range(0..=1 << 20))]
-    checkpoint_every: u64,
+    /// Time between two checkpoints of a brush, in s [default: 10]
+    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(0..=1 << 20))]
+    checkpoint_every: Option<u64>,
 }
 
 /// Runs the command.
@@ -79,7 +79,23 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     let text = arguments.job.input.read()?;
     let document = arguments.job.document(&text)?;
     let settings = document.settings()?;
-    if settings.brush.is_some() {
+    let is_brush = settings.brush.is_some();
+    let of_other = if is_brush {
+        arguments
+            .samples
+            .map(|_| ("--samples", "one filament: add --alone, or leave it out"))
+    } else {
+        arguments.checkpoint_every.map(|_| {
+            (
+                "--checkpoint-every",
+                "a brush: add [brush], or leave it out",
+            )
+        })
+    };
+    if let Some((option, remedy)) = of_other {
+        return Err(CliError::Option { option, remedy });
+    }
+    if is_brush {
         brush::run(arguments, &document, settings)
     } else {
         pass::run(arguments, &document, settings).map(|()| ExitCode::SUCCESS)

@@ -45,49 +45,49 @@ use tree::{OtherUnit, number_of, read};
 use units::ONE_UNIT;
 use workpiece::{FEED, KIND};
 
-/// The section that names measured forces. All other sections belong to [`Settings`].
+/// Section that names measured forces. All other sections belong to [`Settings`].
 const MEASURED: &str = "measured";
 const REMOVAL: &str = "removal";
-/// The section of velocity and depth, which a study may sweep instead.
+/// Section of velocity and depth, which a study may sweep instead.
 const PROCESS: &str = "process";
-/// How serde begins its message about a key without a default.
+/// Beginning of serde's message about a key without a default.
 const MISSING: &str = "missing field ";
-/// Its keys, and the values allowed.
+/// Keys of `[measured]`.
 const FILE: &str = "file";
 const SEPARATOR: &str = "separator";
 const DECIMAL: &str = "decimal";
 const COLUMNS: &str = "columns";
 const RELATIVE_STD: &str = "relative_std";
-/// A path of a table.
+/// Values allowed for the path of a table.
 const MEASURED_FILE: &str =
     "the path of a CSV file in quotes, relative to the directory of the input file";
 
-/// What to do about two keys of which one follows from the other.
+/// Advice about two keys that follow from each other.
 const FOLLOWS: &str = "give one of them: each follows from the other";
 
 const FILAMENT_COUNT: &str = "tool.filament_count";
 
-/// The key of a workpiece for a file of control points.
+/// Key of a workpiece for a file of control points.
 const CONTROL_POINTS_FILE: &str = "control_points_csv";
 
-/// The values allowed for an entry of `[study]`.
+/// Values allowed for an entry of `[study]`.
 const SWEEP: &str = "a list of numbers, or { start = …, stop = …, step = … }";
 
 /// A value that replaces the one in the file.
 struct Override<'a> {
     parameter: &'static Parameter,
-    /// The value as TOML.
+    /// Value as TOML.
     text: &'a str,
-    /// The place to which an error about the value points.
+    /// Place to which an error about the value points.
     span: Range<usize>,
 }
 
 /// Settings that have been read and checked.
 struct Built<'a> {
     settings: Settings,
-    /// The tree, with the place of each setting.
+    /// Tree, with the place of each setting.
     table: DeTable<'a>,
-    /// The settings that the file states in another way, and their values.
+    /// Settings that the file states in another way, and their values.
     followed: Vec<(&'static Parameter, f64)>,
 }
 
@@ -103,11 +103,11 @@ struct SweepRange {
 /// A brush as a file states it, without its process.
 #[derive(Clone, Debug)]
 pub struct StatedBrush {
-    /// Its name among the tools; empty if it is the only one.
+    /// Name among the tools; empty if it is the only one.
     pub name: String,
-    /// Its settings. Velocity and depth are any.
+    /// Settings with any velocity and depth.
     pub settings: Settings,
-    /// The settings that state others in their own way, and their values.
+    /// Settings that state others in their own way, and their values.
     pub followed: Vec<(&'static Parameter, f64)>,
 }
 
@@ -117,8 +117,8 @@ impl<'t> Document<'t> {
         Self::parse_with(text, name, &[])
     }
 
-    /// [`Document::parse`] with `options`, each `KEY=VALUE`, that state settings or sweeps as if
-    /// the file did. Errors about them name the option `--set` as their place.
+    /// Reads a text like [`Document::parse`], with `options`, each `KEY=VALUE`, that state settings
+    /// or sweeps as if the file did. Errors about these name the option `--set` as their place.
     pub fn parse_with(
         text: &'t str,
         name: &'t str,
@@ -181,7 +181,7 @@ impl<'t> Document<'t> {
         Ok(document)
     }
 
-    /// States what the options state.
+    /// Puts the settings of the options into the tree.
     fn take_options(&mut self) -> Result<(), InputError> {
         for number in 0..self.source.options.len() {
             let start = self.source.start_of_option(number);
@@ -258,7 +258,7 @@ impl<'t> Document<'t> {
         Ok(())
     }
 
-    /// The error about an option without effect on a study, which sweeps what it states.
+    /// Checks that no option states a setting that the study sweeps, or that each tool states.
     fn check_options(&self) -> Result<(), InputError> {
         for (number, option) in self.source.options.iter().enumerate() {
             let Some(assignment) = Assignment::of(option) else {
@@ -293,7 +293,7 @@ impl<'t> Document<'t> {
         Ok(())
     }
 
-    /// The path of a table of control points as the file states it, relative to the file's
+    /// Returns the path of a table of control points as the file states it, relative to the file's
     /// directory.
     #[must_use]
     pub fn control_points_file(&self) -> Option<&str> {
@@ -302,7 +302,7 @@ impl<'t> Document<'t> {
             .map(|(path, _)| path.as_str())
     }
 
-    /// The control points in m of the table that [`Document::control_points_file`] names.
+    /// Sets the control points in m of the table that [`Document::control_points_file`] names.
     pub fn set_control_points(&mut self, points: Vec<[f64; 2]>) {
         self.control_points = points;
     }
@@ -333,13 +333,14 @@ impl<'t> Document<'t> {
             .transpose()
     }
 
-    /// The material of the filaments, which states what the file does not.
+    /// Returns the material of the filaments, which states what the file does not.
     #[must_use]
     pub fn material(&self) -> Option<&'static Material> {
         self.material_of(None)
     }
 
-    /// The material of the filaments of a named tool, or without a name of those of the file.
+    /// Returns the material of the filaments of a named tool, or without a name of those of the
+    /// file.
     #[must_use]
     pub fn material_of(&self, tool: Option<&str>) -> Option<&'static Material> {
         self.located_material(self.named(tool))
@@ -360,7 +361,8 @@ impl<'t> Document<'t> {
             .find(|tool| Some(tool.name.as_str()) == name)
     }
 
-    /// States what the material does and the tree does not, at the place of its name.
+    /// Adds settings of the material that the tree does not state, at the place of the material's
+    /// name.
     fn state_material<'a>(&'a self, table: &mut DeTable<'a>, tool: Option<&'a LocatedTool<'t>>) {
         let Some(LocatedMaterial { values, span, .. }) = self.located_material(tool) else {
             return;
@@ -373,7 +375,7 @@ impl<'t> Document<'t> {
         }
     }
 
-    /// The settings that the file states, regardless of its sweeps.
+    /// Returns the settings that the file states, regardless of its sweeps.
     pub fn settings(&self) -> Result<Settings, InputError> {
         self.build(None, &[]).map(|built| built.settings)
     }
@@ -384,7 +386,8 @@ impl<'t> Document<'t> {
         !self.sweeps.is_empty() || !self.tools.is_empty()
     }
 
-    /// The settings of the first case of the study, or those that the file states without one.
+    /// Returns the settings of the first case of the study, or those that the file states without
+    /// one.
     pub fn first_settings(&self) -> Result<Settings, InputError> {
         if self.has_study() {
             Ok(self.study()?.settings(0))
@@ -393,15 +396,15 @@ impl<'t> Document<'t> {
         }
     }
 
-    /// The settings for evaluating a state without contact. The file need not state velocity, depth
-    /// and number of filaments.
+    /// Returns the settings for evaluating a state without contact. The file need not state
+    /// velocity, depth and number of filaments.
     pub fn settings_without_process(&self) -> Result<Settings, InputError> {
         let overrides = self.any_for(&[VELOCITY, DEPTH, FILAMENT_COUNT]);
         self.build(None, &overrides).map(|built| built.settings)
     }
 
-    /// Values of settings that do not matter, where the file does not state them: any that pass the
-    /// checks will do.
+    /// Returns values of settings that do not matter, where the file does not state them: any that
+    /// pass the checks will do.
     fn any_for(&self, paths: &[&str]) -> Vec<Override<'static>> {
         let parameters = paths.iter().filter_map(|path| Parameter::find(path));
         let absent = parameters.filter(|parameter| stated(&self.table, parameter).next().is_none());
@@ -421,20 +424,20 @@ impl<'t> Document<'t> {
             .collect()
     }
 
-    /// Whether the file states the setting at a dotted path, regardless of its sweeps.
+    /// Returns `true` if the file states the setting at a dotted path, regardless of its sweeps.
     #[must_use]
     pub fn states(&self, path: &str) -> bool {
         find(&self.table, path).is_some()
     }
 
-    /// The settings that decide the force and that the file leaves to their defaults, regardless of
-    /// its sweeps.
+    /// Returns the settings that decide the force and that the file leaves to their defaults,
+    /// regardless of its sweeps.
     #[must_use]
     pub fn unstated(&self) -> Vec<&'static Parameter> {
         self.unstated_of(None)
     }
 
-    /// [`Document::unstated`] of a named tool, or without a name of the file.
+    /// Returns [`Document::unstated`] of a named tool, or without a name of the file.
     #[must_use]
     pub fn unstated_of(&self, tool: Option<&str>) -> Vec<&'static Parameter> {
         let tool = self.named(tool);
@@ -448,8 +451,8 @@ impl<'t> Document<'t> {
             .collect()
     }
 
-    /// The path of the measured forces as the file states it, relative to the file's directory, and
-    /// how their table is written.
+    /// Returns the path of the measured forces as the file states it, relative to the file's
+    /// directory, and the format of their table.
     #[must_use]
     pub fn measured(&self) -> Option<(&str, &Format)> {
         self.measured
@@ -457,16 +460,16 @@ impl<'t> Document<'t> {
             .map(|(file, format)| (file.as_str(), format))
     }
 
-    /// What a study is asked for: the keys of `[goal]`, in their own units, with their values.
+    /// Returns the goal of a study: the keys of `[goal]`, in their own units, with their values.
     #[must_use]
     pub fn goal(&self) -> Option<&Map<String, Value>> {
         self.goal.as_ref()
     }
 
-    /// The same with each filament alone, without `[brush]`.
+    /// Returns the document with each filament alone, without `[brush]`.
     ///
     /// # Errors
-    /// The path of a sweep over what only a brush has.
+    /// The path of a sweep over a setting of `[brush]`.
     pub fn without_brush(mut self) -> Result<Self, &'static str> {
         self.is_alone = true;
         let of_brush = self
@@ -478,11 +481,11 @@ impl<'t> Document<'t> {
             .map_or(Ok(self), Err)
     }
 
-    /// The brushes that the file states, for a calibration: one, or each of the named tools.
-    /// Velocity and depth are any.
+    /// Returns the brushes that the file states, for a calibration: one, or each of the named
+    /// tools. Velocity and depth have any value.
     ///
     /// # Errors
-    /// If the study sweeps anything else, whose value is then unknown.
+    /// If the study sweeps another setting, whose value is then unknown.
     pub fn brushes(&self) -> Result<Vec<StatedBrush>, InputError> {
         const MEASURED_AT: [&str; 3] = [VELOCITY, SPEED, DEPTH];
         let is_unknown = |sweep: &&LocatedSweep| !MEASURED_AT.contains(&sweep.parameter.path);
@@ -515,19 +518,19 @@ impl<'t> Document<'t> {
         self.each_tool().map(brush).collect()
     }
 
-    /// The name of each named tool; `None` once if the file names none.
+    /// Returns the name of each named tool; `None` once if the file names none.
     pub fn tool_names(&self) -> impl Iterator<Item = Option<&str>> {
         self.each_tool()
             .map(|tool| tool.map(|tool| tool.name.as_str()))
     }
 
-    /// Each named tool; `None` once if the file names none.
+    /// Returns each named tool; `None` once if the file names none.
     fn each_tool(&self) -> impl Iterator<Item = Option<&LocatedTool<'t>>> {
         let alone = self.tools.is_empty().then_some(None);
         self.tools.iter().map(Some).chain(alone)
     }
 
-    /// The study that the file states. All its cases are checked.
+    /// Returns the study that the file states. All its cases are checked.
     pub fn study(&self) -> Result<Study, InputError> {
         if !self.has_study() {
             let allowed = "a section that sweeps at least one setting, or names tools";
@@ -564,8 +567,8 @@ impl<'t> Document<'t> {
             .iter()
             .map(|located| located.sweep.clone())
             .collect();
-        // What follows from other settings does so in each case: what all tools state alike as an
-        // axis of one value.
+        // Settings that follow from others do so in each case. Those that all tools state alike
+        // become an axis of one value.
         let held = |built: &Built<'_>| -> Vec<_> {
             built
                 .followed
@@ -650,8 +653,8 @@ impl<'t> Document<'t> {
         {
             if let Some(section) = options::section_in(&mut table, parameter.section(), &self.end())
             {
-                // Remove the entry first: an insertion alone would keep the old key's place. What
-                // states the same goes, too, unless it is replaced itself.
+                // Remove the entry first: an insertion alone would keep the old key's place. Keys
+                // that state the same go, too, unless they are replaced themselves.
                 let is_replaced = |same: &Parameter| {
                     overrides
                         .iter()
@@ -739,8 +742,7 @@ impl<'t> Document<'t> {
         Ok(())
     }
 
-    /// Checks that a list of the tree has as many elements as were `read`, and so have the lists in
-    /// it.
+    /// Checks that a list of the tree, and each list in it, has as many elements as were `read`.
     fn check_length(
         &self,
         path: &str,
@@ -760,8 +762,8 @@ impl<'t> Document<'t> {
             .try_for_each(|(stated, read)| self.check_length(path, stated, read))
     }
 
-    /// Takes the settings that state others in their own way out of the tree, and puts a value that
-    /// passes the checks in the place of these others. Returns them with their values.
+    /// Takes the settings that state others in their own way out of the tree, and returns them with
+    /// their values. Values that pass the checks take the place of these others.
     fn take_followed<'a>(
         &self,
         table: &mut DeTable<'a>,
@@ -813,7 +815,7 @@ impl<'t> Document<'t> {
         Ok(followed)
     }
 
-    /// The error about a setting outside its range, or at odds with others.
+    /// Returns the error about a setting outside its range, or at odds with others.
     fn violated(&self, table: &DeTable<'_>, violation: Violation) -> InputError {
         let of_points = self
             .control_points_file
@@ -828,7 +830,8 @@ impl<'t> Document<'t> {
             value,
             allowed,
         } = violation;
-        self.refused(path, value, allowed, span, "")
+        let advice = likely_slip(path, &value).unwrap_or_default();
+        self.refused(path, value, allowed, span, &advice)
     }
 
     /// Reads the entries of `[study]` in the order of the file.
@@ -1089,7 +1092,7 @@ impl<'t> Document<'t> {
         unknown.map_or(Ok(()), |(key, _)| Err(self.unknown_key(path, key, keys)))
     }
 
-    /// The error about a key of a table, which `path` names, that is none of these.
+    /// Returns the error about a key of a table, which `path` names, that is none of `keys`.
     fn unknown_key(&self, path: &str, key: &Spanned<Cow<'_, str>>, keys: &[&str]) -> InputError {
         let name = key.get_ref();
         let expected = keys
@@ -1148,7 +1151,7 @@ impl<'t> Document<'t> {
         })
     }
 
-    /// The error about a top-level entry that is not a section.
+    /// Returns the error about a top-level entry that is not a section.
     fn not_a_section(
         &self,
         name: &Spanned<Cow<'_, str>>,
@@ -1165,8 +1168,8 @@ impl<'t> Document<'t> {
         }
     }
 
-    /// The error about a tree that cannot become settings: an unknown key, a value of the wrong
-    /// type, or a missing key.
+    /// Returns the error about a tree that cannot become settings: an unknown key, a value of the
+    /// wrong type, or a missing key.
     fn unreadable(&self, table: &DeTable<'_>, error: &toml::de::Error) -> InputError {
         // An error without a place is about the file as a whole.
         let Some(span) = error.span() else {
@@ -1230,8 +1233,8 @@ impl<'t> Document<'t> {
         self.error(None, cannot_be_read(error.message()), span, "")
     }
 
-    /// The error about required keys that are missing: whole sections first, otherwise the keys of
-    /// one section. `None` if there are all of them.
+    /// Returns the error about required keys that are missing: whole sections first, otherwise the
+    /// keys of one section. `None` if no key is missing.
     fn missing(&self, table: &DeTable<'_>) -> Option<InputError> {
         let missing: Vec<&'static Parameter> = PARAMETERS
             .iter()
@@ -1320,19 +1323,19 @@ impl<'t> Document<'t> {
     }
 }
 
-/// The problem of a text that is not TOML, or cannot be interpreted.
+/// Returns the problem of a text that is not TOML, or cannot be interpreted.
 fn cannot_be_read(message: &str) -> String {
     format!("cannot be read: {}", shown(message, LONGEST_MESSAGE))
 }
 
-/// A text that says something, without the space around it.
+/// Returns a text that says something, without the space around it.
 fn text_of(value: &Spanned<DeValue<'_>>) -> Option<String> {
     let text = value.get_ref().as_str().map(str::trim);
     text.filter(|text| !text.is_empty()).map(str::to_owned)
 }
 
-/// What is wrong with a `line` that is not TOML, and what to do: `message` and `usual` unless it is
-/// one of the usual mistakes.
+/// Returns the problem of a `line` that is not TOML, and advice: `message` and `usual` unless the
+/// mistake is a usual one.
 fn not_toml(line: &str, message: &str, usual: &str) -> (String, String) {
     match value_mistake(line) {
         Some(Mistake { what, instead }) => (what, instead),
@@ -1340,7 +1343,7 @@ fn not_toml(line: &str, message: &str, usual: &str) -> (String, String) {
     }
 }
 
-/// What is wrong with a text in the place of a number at a key; empty if nothing more can be said.
+/// Returns advice about a text in the place of a number at a key; empty if there is none.
 fn text_mistake(key: &str, value: &DeValue<'_>) -> String {
     let text = value.as_str().filter(|text| {
         text.starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first))
@@ -1354,7 +1357,7 @@ fn text_mistake(key: &str, value: &DeValue<'_>) -> String {
     })
 }
 
-/// The values allowed where the parser has refused one that belongs to no scalar setting.
+/// Returns the values allowed where the parser has refused one that belongs to no scalar setting.
 fn allowed_by(message: &str) -> String {
     let kinds = message
         .strip_prefix("unknown variant ")
@@ -1373,20 +1376,20 @@ fn taken<'t>(table: &mut DeTable<'t>, section: &str, key: &str) -> Option<Spanne
     entries.remove(key)
 }
 
-/// The value at a dotted path.
+/// Returns the value at a dotted path.
 fn find<'a, 't>(table: &'a DeTable<'t>, path: &str) -> Option<&'a Spanned<DeValue<'t>>> {
     let (section, key) = path.split_once('.')?;
     table.get(section)?.get_ref().as_table()?.get(key)
 }
 
-/// The settings of the tree that state the same as `parameter`, itself included.
+/// Returns the settings of the tree that state the same as `parameter`, itself included.
 fn stated(table: &DeTable<'_>, parameter: &Parameter) -> impl Iterator<Item = &'static Parameter> {
     parameter
         .group()
         .filter(|same| find(table, same.path).is_some())
 }
 
-/// The violation of a setting's range by the value that follows from that of another.
+/// Returns the violation of a setting's range by the value that follows from that of another.
 fn followed_violation(parameter: &Parameter, value: f64, violation: &Violation) -> Violation {
     let Violation {
         path,
@@ -1402,8 +1405,16 @@ fn followed_violation(parameter: &Parameter, value: f64, violation: &Violation) 
     }
 }
 
-/// The place of the value at a dotted path, or otherwise of its section's heading.
+/// Returns the place of the value at a dotted path, or otherwise of its section's heading.
 fn place(table: &DeTable<'_>, path: &str) -> Option<Range<usize>> {
     let heading = || table.get(path.split_once('.')?.0);
     find(table, path).or_else(heading).map(Spanned::span)
+}
+
+/// Advice on a setting whose `value` is not only refused but outside of what brushes usually have.
+fn likely_slip(path: &str, value: &str) -> Option<String> {
+    let usual = Parameter::find(path)?.usual?;
+    let value: f64 = value.parse().ok()?;
+    let is_usual = (usual.least..=usual.largest).contains(&value);
+    (!is_usual).then(|| format!("a likely slip: {}", usual.slip))
 }
