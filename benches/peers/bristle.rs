@@ -27,9 +27,9 @@ const FILE: &str = include_str!("../../examples/zirconia.toml");
 #[serde(tag = "measure", rename_all = "snake_case")]
 enum Request {
     /// Accelerations at one state, `calls` times.
-    Accelerations { state: Posture, calls: u32 },
+    Accelerations { state: PaperChain, calls: u32 },
     /// Accelerations of all states side by side, `calls` times; the time is per state.
-    Batch { states: Vec<Posture>, calls: u32 },
+    Batch { states: Vec<PaperChain>, calls: u32 },
     /// One contact on one thread.
     Contact {
         brushing_velocity_m_s: f64,
@@ -50,7 +50,7 @@ enum Request {
 
 /// The paper's filament, with one segment per pair of coordinates.
 #[derive(Deserialize)]
-struct Posture {
+struct PaperChain {
     base_angle: f64,
     base_rate: f64,
     base_acceleration: f64,
@@ -59,7 +59,7 @@ struct Posture {
     v: Vec<[f64; 2]>,
 }
 
-impl Posture {
+impl PaperChain {
     fn problem(&self, mut settings: Settings) -> (Chain<f64>, Clamp<f64>) {
         settings.filament.segments = self.q.len();
         let radius = settings.tool.body_radius_m;
@@ -120,7 +120,7 @@ fn answer(request: Request) -> Result<Value, Box<dyn Error>> {
     })
 }
 
-fn accelerations(state: &Posture, settings: Settings, calls: u32) -> Value {
+fn accelerations(state: &PaperChain, settings: Settings, calls: u32) -> Value {
     let (chain, clamp) = state.problem(settings);
     let mut dynamics = Dynamics::new(chain);
     let mut accelerations = vec![[0.0; 2]; state.q.len()];
@@ -132,13 +132,13 @@ fn accelerations(state: &Posture, settings: Settings, calls: u32) -> Value {
     json!({ "seconds": start.elapsed().as_secs_f64() / f64::from(calls), "accelerations": accelerations })
 }
 
-fn batch(states: &[Posture], settings: &Settings, calls: u32) -> Result<Value, Box<dyn Error>> {
+fn batch(states: &[PaperChain], settings: &Settings, calls: u32) -> Result<Value, Box<dyn Error>> {
     let problems: Vec<_> = states
         .iter()
         .map(|state| state.problem(settings.clone()))
         .collect();
     let members: Vec<_> = (states.iter().zip(&problems))
-        .map(|(Posture { q, v, .. }, (chain, clamp))| Member { chain, clamp, q, v })
+        .map(|(PaperChain { q, v, .. }, (chain, clamp))| Member { chain, clamp, q, v })
         .collect();
     let segments = states[0].q.len();
     let mut batch = Batch::new(segments);

@@ -65,7 +65,7 @@ fn paper_case(relative_tolerance: f64) -> Settings {
 
 /// The filament of the paper in the middle of a contact: turning, bent by 0.6 rad and slightly out
 /// of the plane.
-struct BentFilament {
+struct PaperFilament {
     clamp: Clamp<f64>,
     dynamics: Dynamics<f64>,
     q: Vec<[f64; 2]>,
@@ -73,7 +73,7 @@ struct BentFilament {
     accelerations: Vec<[f64; 2]>,
 }
 
-impl BentFilament {
+impl PaperFilament {
     fn new(segments: usize) -> Self {
         let settings = paper_case(1e-6);
         let body_radius = settings.tool.body_radius_m;
@@ -125,7 +125,7 @@ impl BentFilament {
 fn accelerations(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("accelerations");
     for segments in SEGMENT_COUNTS {
-        let mut state = BentFilament::new(segments);
+        let mut state = PaperFilament::new(segments);
         group.bench_function(format!("n={segments}"), |bencher| {
             bencher.iter(|| {
                 black_box(&mut state).compute_accelerations();
@@ -145,11 +145,11 @@ fn batched_accelerations(
     segments: usize,
 ) {
     const STATES: usize = 64;
-    let states: Vec<BentFilament> = (0..STATES).map(|_| BentFilament::new(segments)).collect();
+    let states: Vec<PaperFilament> = (0..STATES).map(|_| PaperFilament::new(segments)).collect();
     let members: Vec<Member<'_>> = states
         .iter()
         .map(
-            |BentFilament {
+            |PaperFilament {
                  clamp,
                  dynamics,
                  q,
@@ -185,7 +185,7 @@ fn batched_accelerations(
 fn implicit_step(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("implicit_step");
     for segments in SEGMENT_COUNTS {
-        let mut state = BentFilament::new(segments);
+        let mut state = PaperFilament::new(segments);
         state.compute_accelerations();
         let mut correction = vec![[0.0; 2]; segments];
         // γΔ of a step of 10 µs.
@@ -195,7 +195,7 @@ fn implicit_step(criterion: &mut Criterion) {
             rates: diagonal,
         };
         group.bench_function(format!("n={segments}, residual and solve"), |bencher| {
-            let BentFilament {
+            let PaperFilament {
                 clamp,
                 dynamics,
                 q,
@@ -229,7 +229,7 @@ fn implicit_step(criterion: &mut Criterion) {
         group.bench_function(
             format!("n={segments}, residual, factorise and solve"),
             |bencher| {
-                let BentFilament {
+                let PaperFilament {
                     clamp,
                     dynamics,
                     q,

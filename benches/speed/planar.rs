@@ -17,7 +17,7 @@ use bristle_equations::batch::{Batch, Member};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion};
 
-use crate::BentFilament;
+use crate::PaperFilament;
 use crate::workpieces::contacts;
 
 const SEGMENTS: usize = 25;
@@ -36,7 +36,7 @@ pub fn planar(criterion: &mut Criterion) {
         &mut { planar },
         &mut { spatial },
     );
-    let motion = BentFilament::planar(SEGMENTS);
+    let motion = PaperFilament::planar(SEGMENTS);
     forms::<f64>(
         &mut group,
         "accelerations, one state: planar against in space",
@@ -68,7 +68,11 @@ pub fn study(settings: &[Settings], form: fn(Pass) -> Pass) {
 }
 
 /// Compares both forms of the equations at one state, which is the same in every lane.
-fn forms<T: Compiled>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, motion: &BentFilament) {
+fn forms<T: Compiled>(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    name: &str,
+    motion: &PaperFilament,
+) {
     let lanes = |blocks: &[[f64; 2]]| {
         blocks
             .iter()
@@ -106,8 +110,8 @@ fn forms<T: Compiled>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, moti
 }
 
 /// Compares eight states in a batch, gathered into lanes, with eight states one by one.
-fn lanes(group: &mut BenchmarkGroup<'_, WallTime>, motion: &BentFilament) {
-    let BentFilament {
+fn lanes(group: &mut BenchmarkGroup<'_, WallTime>, motion: &PaperFilament) {
+    let PaperFilament {
         clamp,
         dynamics,
         q,

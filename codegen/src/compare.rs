@@ -89,7 +89,8 @@ pub fn compare(
         } else {
             &BENDS
         };
-        let mut sizes: Vec<Vec<Size>> = vec![Vec::with_capacity(states); expected.outputs.len()];
+        let mut sizes: Vec<Vec<OutputSize>> =
+            vec![Vec::with_capacity(states); expected.outputs.len()];
         for state in 0..states {
             let point = random_point(expected, bends[state % bends.len()], &mut rng);
             let other: Vec<f64> = order.iter().map(|&symbol| point[symbol]).collect();
@@ -112,7 +113,7 @@ pub fn compare(
                 0.0 => 1.0,
                 largest => MIN_SHARE * largest,
             };
-            let relative = |size: &Size| size.difference / size.largest.max(least);
+            let relative = |size: &OutputSize| size.difference / size.largest.max(least);
             deviations.push(Deviation {
                 kernel: expected.name.clone(),
                 output: output.name.clone(),
@@ -247,15 +248,20 @@ fn symbol_order(expected: &Kernel, found: &Kernel) -> Result<Vec<usize>, String>
 
 /// An output at one state.
 #[derive(Clone, Copy, Debug)]
-struct Size {
+struct OutputSize {
     /// The largest element.
     largest: f64,
     /// The largest difference of an element between the two sides.
     difference: f64,
 }
 
-fn size(expected: &Output, expected_values: &[f64], found: &Output, found_values: &[f64]) -> Size {
-    let mut size = Size {
+fn size(
+    expected: &Output,
+    expected_values: &[f64],
+    found: &Output,
+    found_values: &[f64],
+) -> OutputSize {
+    let mut size = OutputSize {
         largest: 0.0,
         difference: 0.0,
     };
@@ -265,7 +271,7 @@ fn size(expected: &Output, expected_values: &[f64], found: &Output, found_values
             found_values[found.index()],
         );
         if !expected.is_finite() || !found.is_finite() {
-            return Size {
+            return OutputSize {
                 largest: 0.0,
                 difference: f64::INFINITY,
             };

@@ -287,7 +287,7 @@ pub fn tables(bytes: &[u8]) -> Result<(), String> {
 }
 
 fn assert_compared(forces: &[Measurement]) {
-    let Written { study, results, .. } = written();
+    let WrittenResults { study, results, .. } = written();
     let comparisons = compare(study, results, forces);
     let table = comparison_table(&comparisons, 80);
     let rows = in_memory(|out| write_comparison(out, &comparisons));
@@ -382,7 +382,7 @@ fn round_trip<T: PartialEq + std::fmt::Debug>(
 /// Checks a journal: each accepted result was written. Without the torn end, the rest is read as
 /// before.
 pub fn journal(bytes: &[u8]) -> Result<(), String> {
-    let (bytes, Written { study, results, .. }) = (expanded(bytes), written());
+    let (bytes, WrittenResults { study, results, .. }) = (expanded(bytes), written());
     let keys = StudyKeys::new(study);
     let (read, length) = keys.read(bytes.as_slice()).map_err(refused)?;
     assert_eq!(length.intact + length.torn, bytes.len() as u64);
@@ -403,17 +403,17 @@ pub fn checkpoint(bytes: &[u8]) -> Result<(), String> {
         let again = state_of(&written).expect("it was written");
         assert_eq!(state_bytes(&again), written);
     }
-    let (bytes, Written { brush, state, .. }) = (expanded(bytes), written());
+    let (bytes, WrittenResults { brush, state, .. }) = (expanded(bytes), written());
     let read = read_checkpoint(brush, FRAMES, &bytes).map_err(refused)?;
     assert_eq!(&read, state);
     Ok(())
 }
 
-/// Frames of the brush in [`Written`].
+/// Frames of the brush in [`WrittenResults`].
 const FRAMES: usize = 2;
 
 /// Results, and the files that this build writes from them.
-struct Written {
+struct WrittenResults {
     study: Study,
     results: Vec<CaseResult>,
     /// The results without the one number that is in no table.
@@ -423,7 +423,7 @@ struct Written {
     files: Vec<(&'static str, Vec<u8>)>,
 }
 
-impl Written {
+impl WrittenResults {
     fn runs(&self) -> String {
         in_memory(|out| write_runs(out, &self.study, &self.results))
     }
@@ -471,8 +471,8 @@ fn brush() -> (Settings, Checkpoint) {
     (settings, run.checkpoint())
 }
 
-fn written() -> &'static Written {
-    static WRITTEN: OnceLock<Written> = OnceLock::new();
+fn written() -> &'static WrittenResults {
+    static WRITTEN: OnceLock<WrittenResults> = OnceLock::new();
     WRITTEN.get_or_init(|| {
         let (study, results) = study_of(STUDY);
         let (other, other_results) = study_of(&STUDY.replace("0.040", "0.041"));
@@ -517,7 +517,7 @@ fn written() -> &'static Written {
             ("checkpoint.bin", write_checkpoint(&brush, FRAMES, &state)),
         ];
         files.extend(texts.map(|(name, text)| (name, text.into_bytes())));
-        Written {
+        WrittenResults {
             study,
             results,
             kept,

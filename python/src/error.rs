@@ -64,7 +64,9 @@ pub fn of_simulation(error: SimulationError) -> PyErr {
         SimulationError::Integration(IntegrationError::TooManySteps { step, .. }) => {
             (None, Some(*step))
         }
-        SimulationError::Integration(IntegrationError::Jump { time, .. }) => (Some(*time), None),
+        SimulationError::Integration(
+            IntegrationError::Jump { time, .. } | IntegrationError::Normal { time, .. },
+        ) => (Some(*time), None),
         SimulationError::Integration(IntegrationError::NotFree | IntegrationError::Stopped)
         | SimulationError::NotFinite
         | SimulationError::Force(_)

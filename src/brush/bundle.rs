@@ -735,7 +735,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
             return Some(0);
         }
         let (n, factor) = (layout.segments, Lanes::from_f64(-by_position));
-        let mut coupling = Coupling {
+        let mut coupling = CoupledGroups {
             groups,
             displacements,
             forces,
@@ -821,7 +821,7 @@ impl Kinematics<'_> {
 }
 
 /// Groups that are solved together.
-struct Coupling<'a> {
+struct CoupledGroups<'a> {
     /// All groups.
     groups: &'a mut [Group],
     displacements: &'a mut Field,
@@ -832,7 +832,7 @@ struct Coupling<'a> {
     factor: Lanes,
 }
 
-impl Coupled for Coupling<'_> {
+impl Coupled for CoupledGroups<'_> {
     fn precondition(
         &mut self,
         x: &mut Vector,

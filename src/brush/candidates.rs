@@ -79,11 +79,11 @@ const SKIN: f64 = 0.03;
 /// Candidate pairs of filaments, with their blocks.
 #[derive(Clone, Debug)]
 pub struct Candidates {
-    placement: Placement,
+    placement: PlacedFilaments,
     /// Margin in m.
     margin: f64,
     /// Lists by the group of the filament whose points may press.
-    pairs: Vec<Vec<Pair>>,
+    pairs: Vec<Vec<CandidatePair>>,
     /// Paths of the filaments when the pairs were last listed; empty before that.
     listed_at: Vec<Lanes>,
     /// `true` for groups that nothing touches any longer.
@@ -98,12 +98,12 @@ struct Scratch {
     /// Pairs by group.
     found: Vec<Vec<PairId>>,
     /// Pairs of a group that were listed before.
-    known: Vec<Pair>,
+    known: Vec<CandidatePair>,
 }
 
 /// Positions of the filaments, and data that all pairs share in the search.
 #[derive(Clone, Debug)]
-struct Placement {
+struct PlacedFilaments {
     layout: Layout,
     /// Skin in m; infinite without bounds.
     skin: f64,
@@ -119,10 +119,10 @@ struct Placement {
 
 /// A filament whose points may press on another one.
 #[derive(Clone, Debug)]
-struct Pair {
+struct CandidatePair {
     id: PairId,
     /// Segments near each block of points.
-    blocks: Vec<Block>,
+    blocks: Vec<SegmentList>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -135,7 +135,7 @@ struct PairId {
 
 /// Segments of another filament that are near one of the points of a block.
 #[derive(Clone, Debug, Default)]
-struct Block {
+struct SegmentList {
     segments: Range<usize>,
     /// Sum of the paths of both filaments up to which all near segments are listed, in m.
     complete_until: f64,
@@ -160,7 +160,7 @@ impl Candidates {
                 found: vec![Vec::new(); groups],
                 known: Vec::new(),
             },
-            placement: Placement {
+            placement: PlacedFilaments {
                 skin,
                 stations: Stations::all(layout.segments, layout.points),
                 positions: Field::new(groups, layout.segments),
@@ -190,7 +190,7 @@ impl Candidates {
     /// Lists the pairs of filaments that may be nearer to each other than the reach and the margin.
     /// Pairs that are listed again keep their blocks.
     fn list_pairs(&mut self) {
-        let Placement { layout, skin, .. } = &self.placement;
+        let PlacedFilaments { layout, skin, .. } = &self.placement;
         let near = layout.largest_reach + self.margin;
         let Scratch {
             bounds,
@@ -225,9 +225,9 @@ impl Candidates {
             pairs.extend(found.iter().map(|&id| {
                 let blocks = match known.binary_search_by_key(&id, |pair| pair.id) {
                     Ok(at) => std::mem::take(&mut known[at].blocks),
-                    Err(_) => vec![Block::default(); self.placement.stations.len()],
+                    Err(_) => vec![SegmentList::default(); self.placement.stations.len()],
                 };
-                Pair { id, blocks }
+                CandidatePair { id, blocks }
             }));
         }
     }
@@ -256,7 +256,7 @@ impl Candidates {
     }
 }
 
-impl Placement {
+impl PlacedFilaments {
     /// Moves the nodes of the groups that have `moved` to these positions.
     fn follow(&mut self, positions: &Field, angle: f64, moved: impl Fn(usize) -> bool) {
         self.angle = angle;
@@ -313,7 +313,7 @@ impl Placement {
         [own, other]: &[Centreline<'_>; 2],
         stations: &Stations,
         path: f64,
-        block: &mut Block,
+        block: &mut SegmentList,
     ) {
         let reach = self.layout.largest_reach;
         let near = Lanes::from_f64((reach + self.skin).powi(2));
@@ -384,8 +384,8 @@ impl Placement {
 
 /// Candidate pairs of one group.
 pub struct GroupPairs<'a> {
-    placement: &'a Placement,
-    pairs: &'a mut [Pair],
+    placement: &'a PlacedFilaments,
+    pairs: &'a mut [CandidatePair],
 }
 
 impl GroupPairs<'_> {
@@ -394,10 +394,11 @@ impl GroupPairs<'_> {
     pub fn for_each_near(self, mut take: impl FnMut([usize; 2], &Near)) {
         let Self { placement, pairs } = self;
         let angle = sin_cos(placement.angle);
-        for Pair { id, blocks } in pairs {
+        for CandidatePair { id, blocks } in pairs {
             let PairId { own, other, image } = *id;
             let path = placement.path(own) + placement.path(other);
-            let is_clear = |block: &Block| path < block.complete_until && block.segments.is_empty();
+            let is_clear =
+                |block: &SegmentList| path < block.complete_until && block.segments.is_empty();
             if blocks.iter().all(is_clear) {
                 continue;
             }

@@ -168,9 +168,9 @@ pub struct Sector {
     accounts: Vec<Account>,
     pairs: BTreeMap<[usize; 2], PairAccount>,
     /// Stage at the end of the last step.
-    now: Stage,
+    now: StageLoads,
     /// Memory for the stages of a step: the middle one, and that at its end.
-    stages: [Stage; 2],
+    stages: [StageLoads; 2],
     statistics: BrushStatistics,
     balance: Balance,
     /// Error of the sum of all impulses that a step may add, over its length, in N.
@@ -188,7 +188,7 @@ pub struct SectorState {
     groups: Vec<GroupState>,
     pub accounts: Vec<Account>,
     pairs: BTreeMap<[usize; 2], PairAccount>,
-    now: Stage,
+    now: StageLoads,
     pub statistics: BrushStatistics,
     balance: Balance,
     pace: Pace,
@@ -238,7 +238,7 @@ impl Sector {
                 timetable,
             })
             .collect();
-        let mut now = Stage::default();
+        let mut now = StageLoads::default();
         now.take(&mut bundle, &motion);
         let balance = Balance::new(&now.budget);
         Self {
@@ -501,7 +501,7 @@ impl Sector {
     }
 
     /// Returns the stages at the ends of the last step.
-    fn last_step(&self) -> [&Stage; 2] {
+    fn last_step(&self) -> [&StageLoads; 2] {
         let [_, start] = &self.stages;
         [start, &self.now]
     }
@@ -862,7 +862,7 @@ fn crossing(bundle: &Bundle<Turning<RotaryTool>>) -> Option<[usize; 2]> {
 /// Loads, presses and budget at the end of a stage.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-struct Stage {
+struct StageLoads {
     loads: Vec<WorkpieceLoad>,
     /// Forces between filaments, in the order of the pairs.
     presses: Vec<([usize; 2], PressSum)>,
@@ -871,7 +871,7 @@ struct Stage {
     budget: Budget,
 }
 
-impl Stage {
+impl StageLoads {
     /// Evaluates the bundle at the end of a stage.
     fn take(&mut self, bundle: &mut Bundle<Turning<RotaryTool>>, motion: &BrushState) {
         let found = bundle.evaluate(motion);

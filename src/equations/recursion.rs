@@ -263,12 +263,12 @@ pub(super) struct Memory<T, const D: usize, const S: usize> {
     /// `true` if `base_forces` include them.
     carries_points: bool,
     /// Jacobians of these shares along a step, by segment.
-    point_blocks: Vec<Blocks<T, S>>,
+    point_blocks: Vec<EndTangents<T, S>>,
 }
 
 /// Jacobian along a step of the forces of loads on both ends of a segment, with respect to the
 /// accelerations of these ends.
-type Blocks<T, const S: usize> = [[[[T; S]; S]; 2]; 2];
+type EndTangents<T, const S: usize> = [[[[T; S]; S]; 2]; 2];
 
 impl<T: Real, const D: usize, const S: usize> Memory<T, D, S> {
     /// Creates the memory for `n` segments.
@@ -533,7 +533,7 @@ pub(super) fn residual<T: Real, P: Posture<T, D, S>, const D: usize, const S: us
     residual: &mut [[T; 2]],
 ) {
     sum_outwards(memory, posture, accelerations, residual);
-    let (mut forces, ..) = Forces::new(memory, posture, loads);
+    let (mut forces, ..) = InnerForces::new(memory, posture, loads);
     for k in (0..posture.segments()).rev() {
         let own = forces.residual(k, P::take(residual[k]));
         P::put(&mut residual[k], own);
@@ -558,7 +558,7 @@ pub(super) fn correction<T: Real, P: Posture<T, D, S>, const D: usize, const S: 
     let n = posture.segments();
     sum_outwards(memory, posture, accelerations, correction);
     let mut reduction = Reduction::new();
-    let (mut forces, eliminations, partial) = Forces::new(memory, posture, loads);
+    let (mut forces, eliminations, partial) = InnerForces::new(memory, posture, loads);
     for k in (0..n).rev() {
         let own = forces.residual(k, P::take(correction[k]));
         partial[k] = reduction.reduce(&eliminations[k], &forces.jacobians[k], own);
@@ -688,8 +688,8 @@ fn point_blocks<'b, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize
     loads: &dyn NodeLoads<T>,
     nodes: Nodes<'_, T, S>,
     weights: StepWeights<T>,
-    blocks: &'b mut [Blocks<T, S>],
-) -> &'b [Blocks<T, S>] {
+    blocks: &'b mut [EndTangents<T, S>],
+) -> &'b [EndTangents<T, S>] {
     blocks.fill([[zero_matrix(); 2]; 2]);
     posture.point_changes(loads, nodes, &mut |PointChange { segment, ends }| {
         let blocks = blocks[segment].as_flattened_mut().iter_mut();
@@ -707,7 +707,7 @@ fn point_blocks<'b, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize
 }
 
 /// Forces inside a chain, summed inwards from the tip.
-struct Forces<'a, T, P, const D: usize, const S: usize> {
+struct InnerForces<'a, T, P, const D: usize, const S: usize> {
     posture: &'a P,
     loads: &'a dyn NodeLoads<T>,
     loaded: Loaded<'a>,
@@ -720,7 +720,7 @@ struct Forces<'a, T, P, const D: usize, const S: usize> {
     force: [T; S],
 }
 
-impl<'a, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize> Forces<'a, T, P, D, S> {
+impl<'a, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize> InnerForces<'a, T, P, D, S> {
     /// Creates the forces before the first sum, with the factorised matrix and the scratch of its
     /// solution.
     #[inline(always)]
@@ -776,7 +776,7 @@ impl<'a, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize> Forces<'a
         force
     }
 
-    /// Calls [`Forces::add`] and returns the residual of segment `k`. Its part `inertial` needs no
+    /// Calls [`InnerForces::add`] and returns the residual of segment `k`. Its part `inertial` needs no
     /// force at the outer node.
     #[inline(always)]
     fn residual(&mut self, k: usize, inertial: [T; D]) -> [T; D] {
@@ -798,7 +798,7 @@ pub(super) fn load<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>
             *base = add(*base, *point);
         }
     }
-    let (mut forces, ..) = Forces::new(memory, posture, loads);
+    let (mut forces, ..) = InnerForces::new(memory, posture, loads);
     for k in (0..posture.segments()).rev() {
         forces.add(k);
     }

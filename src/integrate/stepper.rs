@@ -120,7 +120,7 @@ struct Newton {
 }
 
 /// Verdict of [`Newton::judge`].
-enum Progress {
+enum Convergence {
     Converged,
     Continues,
     /// Continue with a matrix from the present point.
@@ -149,16 +149,16 @@ impl Newton {
         norm: f64,
         fresh: bool,
         relative: f64,
-    ) -> Progress {
+    ) -> Convergence {
         if !norm.is_finite() {
-            return Progress::Failed;
+            return Convergence::Failed;
         }
         if iteration == 0 {
             if norm < solution.trusted_correction(relative) {
-                return Progress::Converged;
+                return Convergence::Converged;
             }
             if solution == StageSolution::Predicted && norm * relative > HOPEFUL_CORRECTION {
-                return Progress::Failed;
+                return Convergence::Failed;
             }
         }
         if let Some(previous) = self.previous_norm {
@@ -166,9 +166,9 @@ impl Newton {
             if contraction > MAX_CONTRACTION && norm > self.tolerance {
                 self.previous_norm = None;
                 return if fresh {
-                    Progress::Failed
+                    Convergence::Failed
                 } else {
-                    Progress::NeedsMatrix
+                    Convergence::NeedsMatrix
                 };
             }
             self.contraction = contraction.max(SLOWEST_DECLINE * self.contraction);
@@ -184,9 +184,9 @@ impl Newton {
         };
         // Corrections of a few roundings are noise, and their contraction means nothing.
         if remaining <= self.tolerance || norm * relative <= 8.0 * f64::EPSILON {
-            Progress::Converged
+            Convergence::Converged
         } else {
-            Progress::Continues
+            Convergence::Continues
         }
     }
 }
@@ -425,10 +425,10 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
                 newton.factorisations += usize::from(fresh);
                 let relative = self.tolerances.relative.lane(lane);
                 match newton.judge(self.solution, iteration, norms.lane(lane), fresh, relative) {
-                    Progress::Converged => solved.insert(lane),
-                    Progress::Continues => {}
-                    Progress::NeedsMatrix => next_matrix.insert(lane),
-                    Progress::Failed => {
+                    Convergence::Converged => solved.insert(lane),
+                    Convergence::Continues => {}
+                    Convergence::NeedsMatrix => next_matrix.insert(lane),
+                    Convergence::Failed => {
                         newton.failed = true;
                         open.remove(lane);
                     }
@@ -481,7 +481,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
             weights[j] = T::from_f64(self.tableau.coefficient(stage, j)) * step;
             predictor[j] = T::from_f64(self.predictors[stage][j]);
         }
-        let place = Placement {
+        let place = StagePoint {
             q: &mut self.q,
             v,
             a,
@@ -505,7 +505,7 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
     /// Applies the solved correction and returns its size in tolerances.
     fn correct(&mut self, stage: usize, weights: StepWeights<T>, variation: bool) -> T {
         let start = stage * self.start_q.len();
-        let place = Placement {
+        let place = StagePoint {
             q: &mut self.q,
             v: &mut self.stage_v[start..],
             a: &mut self.stage_a[start..],
@@ -608,7 +608,7 @@ fn keep<T: Lanewise, const D: usize>(values: &mut [[T; D]], lanes: LaneSet) {
 }
 
 /// Point of a stage, as [`Predict`] and [`Correct`] write it.
-struct Placement<'a, T, const D: usize> {
+struct StagePoint<'a, T, const D: usize> {
     q: &'a mut [[T; D]],
     v: &'a mut [[T; D]],
     a: &'a mut [[T; D]],
@@ -629,7 +629,7 @@ struct Earlier<'a, T, const D: usize> {
 /// Prediction of a stage: `q̂ = q_0 + Σ Δ A_ij v_j`, `v̂ = v_0 + Σ Δ A_ij a_j`, `a = Σ l_j a_j`;
 /// then `v = v̂ + γΔ a`, `q = q̂ + γΔ v`.
 struct Predict<'a, T, const D: usize> {
-    place: Placement<'a, T, D>,
+    place: StagePoint<'a, T, D>,
     earlier: Earlier<'a, T, D>,
     weights: &'a [T],
     predictor: &'a [T],
@@ -669,7 +669,7 @@ impl<T: Lanewise, const D: usize> Loop for Predict<'_, T, D> {
 /// Subtraction of `correction` from `a`. Returns the correction's largest component in tolerances,
 /// NaN if it is not finite.
 struct Correct<'a, T, const D: usize> {
-    place: Placement<'a, T, D>,
+    place: StagePoint<'a, T, D>,
     correction: &'a [[T; D]],
     weights: StepWeights<T>,
     tolerances: LaneTolerances<T>,
@@ -702,7 +702,7 @@ impl<T: Lanewise, const D: usize> Loop for Correct<'_, T, D> {
         );
         // The maximum drops a NaN; the sum does not.
         let (mut largest, mut sum) = (T::ZERO, T::ZERO);
-        let mut of_variation = Largest::none();
+        let mut of_variation = VariationSizes::none();
         for k in 0..correction.len() {
             let a = sub(place.a[k], correction[k]);
             let v = add(place.v_base[k], scale(weights.rates, a));
@@ -766,7 +766,7 @@ impl<T: Lanewise, const D: usize> Loop for LargestError<'_, T, D> {
         let none = T::ZERO;
         // The maximum drops a NaN; the sum does not.
         let (mut largest, mut sum) = (none, none);
-        let mut of_variation = Largest::none();
+        let mut of_variation = VariationSizes::none();
         for k in 0..n {
             let (mut coordinate, mut rate) = ([none; D], [none; D]);
             for (j, &weight) in weights.iter().enumerate() {
@@ -798,12 +798,12 @@ impl<T: Lanewise, const D: usize> Loop for LargestError<'_, T, D> {
 }
 
 /// Largest errors of a linear variation and its largest entries, each as `[coordinate, rate]`.
-struct Largest<T> {
+struct VariationSizes<T> {
     errors: [T; 2],
     values: [T; 2],
 }
 
-impl<T: Lanewise> Largest<T> {
+impl<T: Lanewise> VariationSizes<T> {
     #[inline(always)]
     fn none() -> Self {
         Self {

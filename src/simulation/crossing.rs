@@ -114,7 +114,7 @@ fn path_bounds(start: &Knot<3>, end: &Knot<3>, length: f64) -> [f64; 2] {
 
 /// Contact at one instant of a step.
 #[derive(Clone, Copy, Debug)]
-struct Look {
+struct ContactInstant {
     /// Fraction of the step.
     s: f64,
     /// Penetration in m, and its derivative by the fraction.
@@ -132,7 +132,7 @@ struct Look {
 }
 
 /// Search for the events of one contact in a step by evaluations at instants.
-struct Search {
+struct EventSearch {
     closed: bool,
     location: f64,
     /// Upper bounds by the fraction of the step, in m: on the change of the gap, on the change of
@@ -159,9 +159,9 @@ struct Search {
     unique: f64,
 }
 
-impl Search {
+impl EventSearch {
     /// Returns an upper bound on the second derivative of the penetration between two instants.
-    fn bend_between(&self, a: &Look, b: &Look) -> f64 {
+    fn bend_between(&self, a: &ContactInstant, b: &ContactInstant) -> f64 {
         if self.curvature.is_finite() {
             return self.bend + self.curvature * self.path * self.path;
         }
@@ -177,7 +177,7 @@ impl Search {
     }
 
     /// Returns `true` if the contact has no event between two instants before its event.
-    fn is_free(&self, a: &Look, b: &Look) -> bool {
+    fn is_free(&self, a: &ContactInstant, b: &ContactInstant) -> bool {
         let width = b.s - a.s;
         let bend = self.bend_between(a, b);
         let is_near = self.curvature.is_finite() || self.path * width <= self.near;
@@ -190,7 +190,8 @@ impl Search {
         let unbounded = f64::INFINITY;
         let sign = if self.closed { 1.0 } else { -1.0 };
         let slack = 2.0 * self.location;
-        let missing = |value: fn(&Look) -> f64| [a, b].map(|look| sign * value(look) + slack);
+        let missing =
+            |value: fn(&ContactInstant) -> f64| [a, b].map(|look| sign * value(look) + slack);
         let jumps = (b.penetration - a.penetration).abs() > self.way * width + slack;
         let by_penetration = match (jumps, missing(|look| look.penetration)) {
             (false, missing) => holds(missing, self.way, if is_near { bend } else { unbounded }),
@@ -222,10 +223,10 @@ impl Search {
     /// event. At both ends the contact is before the event.
     fn first_past(
         &self,
-        look: &impl Fn(f64) -> Look,
-        [from, to]: [Look; 2],
+        look: &impl Fn(f64) -> ContactInstant,
+        [from, to]: [ContactInstant; 2],
         points: &mut usize,
-    ) -> Result<Option<[Look; 2]>, TooLong> {
+    ) -> Result<Option<[ContactInstant; 2]>, TooLong> {
         if self.is_free(&from, &to) {
             return Ok(None);
         }
@@ -259,8 +260,8 @@ impl Search {
     /// past it. `start` and `end` are the contact at both ends.
     fn first(
         &self,
-        look: impl Fn(f64) -> Look,
-        [start, end]: [Look; 2],
+        look: impl Fn(f64) -> ContactInstant,
+        [start, end]: [ContactInstant; 2],
     ) -> Result<Option<[f64; 2]>, TooLong> {
         if start.excess > 0.0 {
             return Ok(Some([0.0; 2]));
@@ -271,7 +272,7 @@ impl Search {
             if to.excess > 0.0 {
                 let crossing = root_of(|s| look(s).excess, before.s, to.s);
                 found = Some([crossing, to.s]);
-                to = Look {
+                to = ContactInstant {
                     excess: 0.0,
                     ..look(crossing)
                 };
@@ -296,7 +297,7 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
     drift: f64,
 ) -> Result<(f64, Option<Crossing>), TooLong> {
     let (length, closed) = (step.length(), step.closed[contact]);
-    let look = |s: f64, place: usize, approach: &Approach| Look {
+    let look = |s: f64, place: usize, approach: &Approach| ContactInstant {
         s,
         penetration: approach.penetration,
         slope: approach.penetration_rate * length,
@@ -312,7 +313,7 @@ pub(super) fn crossing<M: ClampMotion, W: Workpiece>(
     let search = |[path, bend]: [f64; 2],
                   [margin_way, border_bend]: [f64; 2],
                   [curvature, concave]: [f64; 2],
-                  smooth: f64| Search {
+                  smooth: f64| EventSearch {
         closed,
         location,
         way: GAP_RATE * (path + drift),

@@ -30,7 +30,7 @@ const MIN_BRACKET_WIDTH: f64 = 1e-6;
 const STIFFNESS_OFFSET: f64 = 0.01;
 /// Depth and the force there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Point {
+struct DepthPoint {
     /// Depth in m.
     depth: f64,
     /// Force in N.
@@ -82,7 +82,7 @@ pub struct Found<R> {
 
 /// Next stage of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Stage {
+enum SearchStage {
     /// Go deeper.
     Scan,
     /// Evaluate a maximum between depths whose forces do not reach the target.
@@ -101,8 +101,8 @@ pub struct DepthSearch<R> {
     /// Exponent of the force of rigid filaments.
     exponent: f64,
     /// Points in ascending order of their depths.
-    points: Vec<Point>,
-    stage: Stage,
+    points: Vec<DepthPoint>,
+    stage: SearchStage,
     /// Depth to simulate next, in m.
     next: f64,
     /// `true` if the stiffness has simulations of its own.
@@ -110,7 +110,7 @@ pub struct DepthSearch<R> {
     /// End of the bracket that was replaced last (`true` for the upper one), and how often in
     /// succession.
     stayed: (bool, u32),
-    found: Option<(Point, R)>,
+    found: Option<(DepthPoint, R)>,
 }
 
 impl<R> DepthSearch<R> {
@@ -125,7 +125,7 @@ impl<R> DepthSearch<R> {
         let next = first
             .unwrap_or_else(|| rigid_depth(settings, target))
             .min(deepest);
-        let origin = Point {
+        let origin = DepthPoint {
             depth: 0.0,
             force: 0.0,
         };
@@ -135,7 +135,7 @@ impl<R> DepthSearch<R> {
             exponent,
             looks_aside: first.is_none(),
             points: vec![origin],
-            stage: Stage::Scan,
+            stage: SearchStage::Scan,
             next,
             stayed: (false, 0),
             found: None,
@@ -154,7 +154,7 @@ impl<R> DepthSearch<R> {
     /// # Errors
     /// If no depth reaches the force.
     pub fn take(&mut self, force: f64, result: R) -> Result<Option<Found<R>>, Unreachable> {
-        let here = Point {
+        let here = DepthPoint {
             depth: self.next,
             force,
         };
@@ -164,15 +164,15 @@ impl<R> DepthSearch<R> {
         if self.points.get(place) != Some(&here) {
             self.points.insert(place, here);
         }
-        if let Stage::Sides(left) = self.stage {
-            self.stage = Stage::Sides(left - 1);
+        if let SearchStage::Sides(left) = self.stage {
+            self.stage = SearchStage::Sides(left - 1);
         } else if (force / self.target - 1.0).abs() <= FORCE_TOLERANCE
             || (self.is_narrow() && force >= self.target)
         {
             self.found = Some((here, result));
-            self.stage = Stage::Sides(if self.looks_aside { 2 } else { 0 });
+            self.stage = SearchStage::Sides(if self.looks_aside { 2 } else { 0 });
         }
-        if let (Stage::Sides(left), Some((point, _))) = (self.stage, &self.found) {
+        if let (SearchStage::Sides(left), Some((point, _))) = (self.stage, &self.found) {
             if left > 0 {
                 let sign = if left == 2 { 1.0 } else { -1.0 };
                 self.next = (point.depth * (1.0 + sign * STIFFNESS_OFFSET)).min(self.deepest);
@@ -191,7 +191,7 @@ impl<R> DepthSearch<R> {
     }
 
     /// Returns the points between which the force is first reached.
-    fn bracket(&self) -> Option<[Point; 2]> {
+    fn bracket(&self) -> Option<[DepthPoint; 2]> {
         let high = self
             .points
             .iter()
@@ -214,16 +214,16 @@ impl<R> DepthSearch<R> {
             } else {
                 self.between(low, high, self.points[place])
             };
-            self.stage = Stage::Enclose;
+            self.stage = SearchStage::Enclose;
             return Ok(());
         }
-        if self.stage == Stage::Scan
+        if self.stage == SearchStage::Scan
             && let Some(peak) = self.peak()
         {
-            (self.stage, self.next) = (Stage::Peak, peak);
+            (self.stage, self.next) = (SearchStage::Peak, peak);
             return Ok(());
         }
-        self.stage = Stage::Scan;
+        self.stage = SearchStage::Scan;
         let &[.., before, last] = &self.points[..] else {
             unreachable!("the origin is a point")
         };
@@ -261,7 +261,7 @@ impl<R> DepthSearch<R> {
     }
 
     /// Returns a depth between the ends of the bracket.
-    fn between(&mut self, low: Point, high: Point, last: Point) -> f64 {
+    fn between(&mut self, low: DepthPoint, high: DepthPoint, last: DepthPoint) -> f64 {
         let is_high = last.depth == high.depth;
         self.stayed = if self.stayed.0 == is_high {
             (is_high, self.stayed.1 + 1)
@@ -314,13 +314,13 @@ impl<R> DepthSearch<R> {
     }
 
     /// Returns the derivative at `point` in N/m, by the parabola through its neighbours.
-    fn stiffness(&self, point: Point) -> f64 {
+    fn stiffness(&self, point: DepthPoint) -> f64 {
         let place = self
             .points
             .iter()
             .position(|other| *other == point)
             .unwrap_or(0);
-        let slope = |a: Point, b: Point| (b.force - a.force) / (b.depth - a.depth);
+        let slope = |a: DepthPoint, b: DepthPoint| (b.force - a.force) / (b.depth - a.depth);
         match (&self.points[..place], &self.points[place + 1..]) {
             ([.., before], [after, ..]) => {
                 let (left, right) = (slope(*before, point), slope(point, *after));
@@ -414,7 +414,7 @@ fn rigid_depth(settings: &Settings, force: f64) -> f64 {
 }
 
 /// Returns the exponent of the power law through two points, if both have rising forces.
-fn power(a: Point, b: Point) -> Option<f64> {
+fn power(a: DepthPoint, b: DepthPoint) -> Option<f64> {
     (a.force > 0.0 && b.force > a.force)
         .then(|| (b.force / a.force).ln() / (b.depth / a.depth).ln())
 }

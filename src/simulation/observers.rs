@@ -38,12 +38,12 @@ pub struct ContactObserver<M, W> {
     /// Angular impulse of gravity about the tool axis in N m s, over all turns.
     gravity_impulse: f64,
     /// Tip at the end of the last step.
-    last: Tip,
+    last: TipInstant,
 }
 
 /// Tip at one time.
 #[derive(Clone, Copy, Debug)]
-struct Tip {
+struct TipInstant {
     time: f64,
     deflection: f64,
     /// Speed relative to the nearest point of the undeformed filament, in m/s.
@@ -75,7 +75,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             was_closed: false,
             has_lateral_tilt: true,
             gravity_impulse: 0.0,
-            last: Tip {
+            last: TipInstant {
                 time: f64::NAN,
                 deflection: 0.0,
                 speed: 0.0,
@@ -295,7 +295,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
     }
 
     /// Returns the tip of the nodes in `knots`, at `time`.
-    fn tip(&self, knots: &[Knot<3>], time: f64) -> Tip {
+    fn tip(&self, knots: &[Knot<3>], time: f64) -> TipInstant {
         let Knot { value, rate, .. } = knots[knots.len() - 1];
         let Clamp {
             position: root,
@@ -306,7 +306,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         } = self.filament.motion.at(time);
         let along = nearest_on_filament(value, root, direction, self.filament_length);
         let relative = sub(rate, add(velocity, scale(along, direction_rate)));
-        Tip {
+        TipInstant {
             time,
             deflection: tip_deflection(value, root, direction, self.filament_length),
             speed: dot(relative, relative).sqrt(),

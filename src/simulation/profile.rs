@@ -82,7 +82,7 @@ pub(super) fn weighted<'a>(
 
 /// Amounts on a stretch of the profile within a part of a step.
 #[derive(Clone, Copy, Debug)]
-struct Share {
+struct StretchShare {
     /// Places at which the stretch begins and ends.
     places: [f64; 2],
     /// Amounts by kind.
@@ -207,7 +207,7 @@ pub(super) struct Ledger {
     /// Amounts by cell.
     amounts: Vec<[f64; KINDS]>,
     /// Parts of the current step.
-    parts: Vec<Share>,
+    parts: Vec<StretchShare>,
     /// Amounts of earlier steps in which no contact was closed that could have them.
     owed: [f64; KINDS],
     /// Places of the last work.
@@ -271,7 +271,7 @@ impl Ledger {
                 weigh,
                 self.finest,
                 |places, amounts| {
-                    parts.push(Share { places, amounts });
+                    parts.push(StretchShare { places, amounts });
                 },
             );
         }
@@ -287,7 +287,7 @@ impl Ledger {
             .iter()
             .fold([0.0; KINDS], |sums, part| add(sums, part.amounts));
         for index in 0..self.parts.len() {
-            let Share { places, amounts } = self.parts[index];
+            let StretchShare { places, amounts } = self.parts[index];
             let share = |k: usize| {
                 if sums[k] > 0.0 {
                     amounts[k] / sums[k]

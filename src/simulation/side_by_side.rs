@@ -77,7 +77,7 @@ pub fn sample_any_side_by_side<T: Tool + Clone, W: Workpiece + Clone>(
             continue;
         }
         let kind = first.pass.kind();
-        let mut batch = Batch::<T, W, Lanes>::new(&first.pass, sampling);
+        let mut batch = PassBatch::<T, W, Lanes>::new(&first.pass, sampling);
         let mut first = Some(first);
         batch.run(
             || first.take().or_else(|| take(Some(kind))),
@@ -93,14 +93,14 @@ pub(super) fn simulate_one<T: Tool + Clone, W: Workpiece + Clone>(
     sampling: Sampling,
     tell: &mut dyn FnMut(f64),
 ) -> Result<Simulation, SimulationError> {
-    let mut batch = Batch::<T, W, f64>::new(&pass, sampling);
+    let mut batch = PassBatch::<T, W, f64>::new(&pass, sampling);
     let (mut job, mut result) = (Some(Job { number: 0, pass }), None);
     batch.run(|| job.take(), &mut |_, one| result = Some(one), tell);
     result.expect("the job is reported")
 }
 
 /// Job that is being simulated.
-struct Run<T, W> {
+struct RunningPass<T, W> {
     number: usize,
     pass: Pass<T, W>,
     observer: ContactObserver<Turning<T>, W>,
@@ -111,10 +111,10 @@ struct Run<T, W> {
     duration: f64,
 }
 
-impl<T: Tool + Clone, W: Workpiece + Clone> Run<T, W> {
+impl<T: Tool + Clone, W: Workpiece + Clone> RunningPass<T, W> {
     /// Concludes a pass that has ended with `outcome`. The job is to be repeated if its samples
     /// need another end, or if shorter steps may mend its error.
-    fn end(self, outcome: Result<(), SimulationError>) -> Ended<T, W> {
+    fn end(self, outcome: Result<(), SimulationError>) -> EndedPass<T, W> {
         let Self {
             number,
             pass,
@@ -126,7 +126,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Run<T, W> {
         } = self;
         let end_time = trajectory.start().time;
         if outcome.is_ok() && !sampler.covers(end_time) {
-            return Ended::Again(Job { number, pass }, Some(end_time));
+            return EndedPass::Again(Job { number, pass }, Some(end_time));
         }
         let result =
             outcome.and_then(|()| pass.conclude(&observer, &trajectory, itinerary, sampler));
@@ -134,15 +134,15 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Run<T, W> {
         match refined {
             Some(pass) => {
                 let end_time = pass.expected_end();
-                Ended::Again(Job { number, pass }, end_time)
+                EndedPass::Again(Job { number, pass }, end_time)
             }
-            None => Ended::Done(number, result),
+            None => EndedPass::Done(number, result),
         }
     }
 }
 
 /// Outcome of a pass that has ended.
-enum Ended<T, W> {
+enum EndedPass<T, W> {
     /// The result of the job with this number.
     Done(usize, Result<Simulation, SimulationError>),
     /// A job to simulate, with samples up to an end in s.
@@ -150,19 +150,19 @@ enum Ended<T, W> {
 }
 
 /// Lanes for passes of the same kind, or one for any pass.
-struct Batch<T, W, L: Compiled> {
+struct PassBatch<T, W, L: Compiled> {
     kind: Kind,
     system: FilamentSystem<Turning<T>, W, L>,
     stepper: Stepper<L, COORDINATES, { super::integral::COUNT }>,
     /// Run of each lane, if it has one.
-    runs: Vec<Option<Run<T, W>>>,
+    runs: Vec<Option<RunningPass<T, W>>>,
     steps: L,
     sampling: Sampling,
     /// Polar axis of all coordinates.
     axis: PolarAxis,
 }
 
-impl<T: Tool + Clone, W: Workpiece + Clone, L: Compiled> Batch<T, W, L> {
+impl<T: Tool + Clone, W: Workpiece + Clone, L: Compiled> PassBatch<T, W, L> {
     fn new(example: &Pass<T, W>, sampling: Sampling) -> Self {
         let (kind, filament) = (example.kind(), example.filament());
         let filaments = vec![filament.clone(); L::LANES];
@@ -240,15 +240,15 @@ impl<T: Tool + Clone, W: Workpiece + Clone, L: Compiled> Batch<T, W, L> {
     fn settle(
         &mut self,
         lane: usize,
-        ended: Ended<T, W>,
+        ended: EndedPass<T, W>,
         done: &mut dyn FnMut(usize, Result<Simulation, SimulationError>),
     ) -> bool {
         match ended {
-            Ended::Done(number, result) => {
+            EndedPass::Done(number, result) => {
                 done(number, result);
                 false
             }
-            Ended::Again(job, end_time) => {
+            EndedPass::Again(job, end_time) => {
                 self.start(lane, job, end_time);
                 true
             }
@@ -267,7 +267,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone, L: Compiled> Batch<T, W, L> {
         let duration = end_time.unwrap_or(pass.end_time());
         self.enter(
             lane,
-            Run {
+            RunningPass {
                 number,
                 pass,
                 observer,
@@ -280,7 +280,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone, L: Compiled> Batch<T, W, L> {
     }
 
     /// Puts a job into a free lane, in whatever state it is.
-    fn enter(&mut self, lane: usize, run: Run<T, W>) {
+    fn enter(&mut self, lane: usize, run: RunningPass<T, W>) {
         self.system.set_filament(lane, run.pass.filament().clone());
         run.trajectory.enter(lane, &mut self.system);
         self.stepper
@@ -302,7 +302,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone, L: Compiled> Batch<T, W, L> {
         if axis != self.axis && L::LANES > 1 {
             // All lanes share their chart: a filament that leaves it continues alone.
             let run = self.runs[lane].take().expect("the lane has a job");
-            let mut alone = Batch::<T, W, f64>::new(&run.pass, self.sampling);
+            let mut alone = PassBatch::<T, W, f64>::new(&run.pass, self.sampling);
             alone.enter(0, run);
             alone.run(|| None, done, &mut |_| ());
             return false;

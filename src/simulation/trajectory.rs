@@ -104,8 +104,8 @@ pub struct Trajectory {
     chart_changes: usize,
     start: FilamentState,
     end: FilamentState,
-    start_nodes: Nodes,
-    end_nodes: Nodes,
+    start_nodes: NodesAtTime,
+    end_nodes: NodesAtTime,
     closed: Vec<bool>,
     /// Segment of each closed contact with an edge at the start.
     starts: Vec<usize>,
@@ -118,7 +118,7 @@ pub struct Trajectory {
 
 /// Nodes at one time.
 #[derive(Clone, Debug)]
-struct Nodes {
+struct NodesAtTime {
     knots: Vec<Knot<3>>,
     /// Their largest speed in m/s and acceleration in m/s².
     speed: f64,
@@ -128,7 +128,7 @@ struct Nodes {
     distances: Vec<f64>,
 }
 
-impl Nodes {
+impl NodesAtTime {
     /// Creates the nodes in `knots`, without speed and without the distances of `contacts`
     /// contacts.
     fn new(knots: Vec<Knot<3>>, contacts: usize) -> Self {
@@ -248,7 +248,7 @@ impl Trajectory {
             rate: [0.0; 3],
             acceleration: [0.0; 3],
         };
-        let mut start_nodes = Nodes::new(vec![none; n], contacts);
+        let mut start_nodes = NodesAtTime::new(vec![none; n], contacts);
         system.track(&start, &mut start_nodes.knots);
         start_nodes.measure();
         let location = system

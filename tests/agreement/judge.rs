@@ -54,7 +54,7 @@ impl Display for Verdict {
 
 /// A number of a result, and the scale of its differences.
 #[derive(Clone, Copy, Debug)]
-struct Number {
+struct ComparedNumber {
     name: &'static str,
     value: f64,
     scale: f64,
@@ -133,7 +133,7 @@ fn excess(
         // Numbers that are not finite differ, too.
         let is_within = difference <= allowed || a.value == b.value;
         (!is_within).then(|| {
-            let Number { name, value, .. } = a;
+            let ComparedNumber { name, value, .. } = a;
             (
                 difference / allowed,
                 format!(
@@ -149,9 +149,14 @@ fn excess(
 }
 
 /// The numbers of a result to compare.
-fn numbers(pair: &Pair, outcome: &Outcome, metrics: &Metrics, partner: &Outcome) -> Vec<Number> {
+fn numbers(
+    pair: &Pair,
+    outcome: &Outcome,
+    metrics: &Metrics,
+    partner: &Outcome,
+) -> Vec<ComparedNumber> {
     let settings = pair.settings();
-    let number = |name, value, scale| Number {
+    let number = |name, value, scale| ComparedNumber {
         name,
         value,
         scale,
@@ -166,7 +171,7 @@ fn numbers(pair: &Pair, outcome: &Outcome, metrics: &Metrics, partner: &Outcome)
     let mass = filament.density_kg_m3 * filament.root_area_m2() * filament.length_m;
     let momentum = 0.1 * mass * settings.process.brushing_velocity_m_s;
     let impulse = metrics.contact_normal_impulse_n_s.max(momentum);
-    let mut numbers: Vec<Number> = outcome
+    let mut numbers: Vec<ComparedNumber> = outcome
         .turns
         .iter()
         .zip(&partner.turns)
@@ -177,7 +182,7 @@ fn numbers(pair: &Pair, outcome: &Outcome, metrics: &Metrics, partner: &Outcome)
     }
     let is_steady = settings.process.turns() == Turns::Steady;
     let slack = if is_steady { STEADY_SLACK } else { 0.0 };
-    numbers.push(Number {
+    numbers.push(ComparedNumber {
         slack,
         ..number("p_n", metrics.contact_normal_impulse_n_s, impulse)
     });
@@ -196,7 +201,7 @@ fn numbers(pair: &Pair, outcome: &Outcome, metrics: &Metrics, partner: &Outcome)
                 metrics.contact_angular_impulse_n_m_s,
                 reach * impulse,
             ),
-            Number {
+            ComparedNumber {
                 slack: EDGE_SLACK,
                 ..number(
                     "impulse on edges",
@@ -278,7 +283,7 @@ fn spread(pair: &Pair) -> Option<Vec<(&'static str, f64)>> {
         results = results_at(None);
     }
     let fewest = results.iter().min_by_key(|outcome| outcome.turns.len())?;
-    let all: Vec<Vec<Number>> = results
+    let all: Vec<Vec<ComparedNumber>> = results
         .iter()
         .map(|outcome| numbers(pair, outcome, &outcome.metrics, fewest))
         .collect();

@@ -39,7 +39,7 @@ const MAX_SHOWN_PAIRS: usize = 3;
 const MAX_SILENT_SHARE: f64 = 0.05;
 
 /// Pairs to try.
-struct Plan {
+struct TrialPlan {
     kinds: Vec<String>,
     seed: u64,
     /// Multiple of the short run.
@@ -48,7 +48,7 @@ struct Plan {
     only: Option<usize>,
 }
 
-impl Plan {
+impl TrialPlan {
     /// Reads the plan from the command line. Other arguments are those that `cargo test` passes to
     /// all test programs.
     fn of_arguments() -> Self {
@@ -78,7 +78,7 @@ impl Plan {
 }
 
 /// One pair of a kind, and its settings.
-struct Trial {
+struct PairTrial {
     number: usize,
     settings: Settings,
     /// Random numbers for the rest of the pair.
@@ -86,7 +86,7 @@ struct Trial {
     pair: Pair,
 }
 
-impl Trial {
+impl PairTrial {
     fn new(kind: &Kind, seed: u64, number: usize) -> Self {
         let name = kind.name.bytes().fold(seed, |hash, byte| {
             hash.wrapping_mul(0x0100_0000_01b3) ^ u64::from(byte)
@@ -139,7 +139,7 @@ fn possible(kind: &Kind, settings: &Settings, random: &Rng) -> Option<Pair> {
 }
 
 fn main() -> ExitCode {
-    let plan = Plan::of_arguments();
+    let plan = TrialPlan::of_arguments();
     let wanted =
         |kind: &&Kind| plan.kinds.is_empty() || plan.kinds.iter().any(|name| name == kind.name);
     // Alone, a kind with few long pairs would keep only one core busy.
@@ -156,11 +156,11 @@ fn main() -> ExitCode {
 }
 
 /// Tries the pairs of a kind, prints the findings in one piece, and returns the number of failures.
-fn attack(kind: &Kind, plan: &Plan) -> usize {
+fn attack(kind: &Kind, plan: &TrialPlan) -> usize {
     let numbers: Vec<usize> = plan
         .only
         .map_or_else(|| (0..kind.count * plan.times).collect(), |only| vec![only]);
-    let first = Trial::new(kind, plan.seed, numbers[0]).pair;
+    let first = PairTrial::new(kind, plan.seed, numbers[0]).pair;
     let share = numbers.len().div_ceil(rayon::current_num_threads());
     let chunk = if first.is_of_brush() {
         1
@@ -209,10 +209,10 @@ fn attack(kind: &Kind, plan: &Plan) -> usize {
 }
 
 /// Judges some pairs of a kind.
-fn judged(kind: &Kind, plan: &Plan, numbers: &[usize]) -> Vec<(usize, Verdict)> {
-    let trials: Vec<Trial> = numbers
+fn judged(kind: &Kind, plan: &TrialPlan, numbers: &[usize]) -> Vec<(usize, Verdict)> {
+    let trials: Vec<PairTrial> = numbers
         .iter()
-        .map(|number| Trial::new(kind, plan.seed, *number))
+        .map(|number| PairTrial::new(kind, plan.seed, *number))
         .collect();
     let runs: Vec<_> = trials.iter().flat_map(|trial| &trial.pair.runs).collect();
     let results = outcomes(&runs);
@@ -222,8 +222,8 @@ fn judged(kind: &Kind, plan: &Plan, numbers: &[usize]) -> Vec<(usize, Verdict)> 
 }
 
 /// The command for a pair with this verdict, and its settings.
-fn shown(kind: &Kind, plan: &Plan, number: usize, verdict: &Verdict) -> String {
-    let mut trial = Trial::new(kind, plan.seed, number);
+fn shown(kind: &Kind, plan: &TrialPlan, number: usize, verdict: &Verdict) -> String {
+    let mut trial = PairTrial::new(kind, plan.seed, number);
     let command = "cargo test --release -p bristle --test agreement";
     let mut text = format!(
         "  again: {command} -- {} --seed {} --pair {number}\n",

@@ -22,7 +22,7 @@ use crate::common::{Stated, cases, difference, edge, metric, number, with};
 
 /// A case of `tests/data/reference_row.json`.
 #[derive(Deserialize)]
-struct Reference {
+struct RowReference {
     name: String,
     input: Settings,
     friction_at: Option<String>,
@@ -70,7 +70,7 @@ fn finished(mut run: BrushRun) -> BrushResult {
     run.finish().expect("a result")
 }
 
-fn references() -> Vec<Reference> {
+fn references() -> Vec<RowReference> {
     let cases = cases("reference_row.json");
     assert!(cases.len() >= 18);
     cases
@@ -106,7 +106,7 @@ fn rows_are_those_of_an_independent_code() {
     // Some columns bounce so often that the reference itself is known to 1e-6 only, and short steps
     // do not resolve each impact. Rounding and step decide about some bounces: one bounce less
     // changes the impulse between two filaments by 6e-3 of the whole.
-    let tolerances = |case: &Reference| {
+    let tolerances = |case: &RowReference| {
         if case.name.contains("Hertz") {
             [5e-3, 1e-2]
         } else {

@@ -26,9 +26,9 @@ const MAX_IMBALANCE: f64 = 1e-7;
 
 /// A case of `reference_edges.json` or `reference_profiles.json` in `tests/data/`.
 #[derive(Deserialize)]
-struct Reference {
+struct EdgeReference {
     name: String,
-    filament: Filament,
+    filament: FilamentConstants,
     workpiece: WorkpieceSettings,
     brushing_velocity_m_s: f64,
     penetration_depth_m: f64,
@@ -45,7 +45,7 @@ struct Reference {
 }
 
 #[derive(Deserialize)]
-struct Filament {
+struct FilamentConstants {
     segments: usize,
     tip_diameter_m: f64,
     waviness_amplitude_m: f64,
@@ -54,9 +54,9 @@ struct Filament {
     waviness_phase_rad: f64,
 }
 
-impl Reference {
+impl EdgeReference {
     fn settings(&self) -> Settings {
-        let Filament {
+        let FilamentConstants {
             segments,
             tip_diameter_m,
             waviness_amplitude_m,
@@ -170,7 +170,7 @@ fn passes_agree_with_casadi_and_cvodes() {
 
 /// Compares the `count` cases of a file. The shares of edges agree to `of_edges`.
 fn agree(file: &str, count: usize, of_edges: f64) {
-    let cases: Vec<Reference> = cases(file);
+    let cases: Vec<EdgeReference> = cases(file);
     assert_eq!(cases.len(), count);
     let mut failures = Vec::new();
     for case in cases {

@@ -20,12 +20,12 @@ const SAMPLING: Sampling = Sampling {
 
 /// The plane of MODEL, implemented again.
 #[derive(Clone, Debug)]
-struct Table {
+struct FlatTable {
     height: f64,
     arc: Option<ContactArc>,
 }
 
-impl Table {
+impl FlatTable {
     fn new(settings: &Settings) -> Self {
         let (radius, depth) = (
             Wheel.radius(settings.filament.length_m),
@@ -39,7 +39,7 @@ impl Table {
     }
 }
 
-impl Workpiece for Table {
+impl Workpiece for FlatTable {
     fn surface(&self, [_, y, _]: [f64; 3], _: f64) -> Surface {
         Surface::flat(y - self.height, [0.0, 1.0, 0.0], [0.0; 3])
     }
@@ -90,7 +90,7 @@ fn cases() -> Vec<Settings> {
 }
 
 fn outside(settings: &Settings) -> Pass<AnyTool, AnyWorkpiece> {
-    pass_with(settings, Wheel, Table::new(settings)).expect("the tips touch the table")
+    pass_with(settings, Wheel, FlatTable::new(settings)).expect("the tips touch the table")
 }
 
 #[test]
@@ -155,9 +155,9 @@ fn a_pass_of_its_own_plane_is_that_of_the_settings() {
 #[test]
 fn an_arc_that_is_not_stated_is_found() {
     let settings = case(5, 20.0, 2e-3);
-    let found = Table {
+    let found = FlatTable {
         arc: None,
-        ..Table::new(&settings)
+        ..FlatTable::new(&settings)
     };
     let found = pass_with(&settings, Wheel, found).expect("the tips touch the table");
     let stated = outside(&settings);
@@ -180,7 +180,7 @@ fn an_arc_that_is_not_stated_is_found() {
 fn a_workpiece_out_of_reach_is_refused() {
     let settings = case(5, 20.0, 2e-3);
     for height in [-0.2, 0.2] {
-        let table = Table { height, arc: None };
+        let table = FlatTable { height, arc: None };
         assert_eq!(
             pass_with(&settings, Wheel, table).err(),
             Some(NoContactArc),
@@ -191,9 +191,9 @@ fn a_workpiece_out_of_reach_is_refused() {
 
 /// Axial filaments on a disc, as in a cup brush.
 #[derive(Clone, Debug)]
-struct Cup;
+struct CupDisc;
 
-impl Tool for Cup {
+impl Tool for CupDisc {
     fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64> {
         Clamp {
             direction: [0.0, 0.0, -1.0],
@@ -209,11 +209,11 @@ impl Tool for Cup {
 
 /// A slope below the disc that falls along `y` and is at `z = top` under the axis.
 #[derive(Clone, Debug)]
-struct Ramp {
+struct Slope {
     top: f64,
 }
 
-impl Workpiece for Ramp {
+impl Workpiece for Slope {
     fn surface(&self, [_, y, z]: [f64; 3], _: f64) -> Surface {
         let normal = [0.0, 0.1_f64.sin(), 0.1_f64.cos()];
         Surface::flat(normal[1] * y + normal[2] * (z - self.top), normal, [0.0; 3])
@@ -225,7 +225,8 @@ fn filaments_along_the_axis_start_in_the_chart_about_x() {
     let mut settings = case(4, 5.0, 1e-3);
     settings.solver.relative_tolerance = 1e-4;
     // Filaments of 40 mm that touch the slope while the disc passes its upper side.
-    let pass = pass_with(&settings, Cup, Ramp { top: -0.0435 }).expect("the tips touch the ramp");
+    let pass =
+        pass_with(&settings, CupDisc, Slope { top: -0.0435 }).expect("the tips touch the ramp");
     let mut system = pass.system(false);
     let start = pass.start(&mut system);
     assert_eq!(start.chart, PolarAxis::X);

@@ -22,10 +22,10 @@ use bristle_equations::evaluation::{ChainState, EvaluationError, evaluate};
 use fastrand::Rng;
 
 /// Coordinates, rates and accelerations.
-type Motion = [Vec<[f64; 2]>; 3];
+type ChainMotion = [Vec<[f64; 2]>; 3];
 
 /// Converts a motion to coordinates about `axis`.
-fn converted(axis: PolarAxis, state: &RandomState, accelerations: &[[f64; 2]]) -> Motion {
+fn converted(axis: PolarAxis, state: &RandomState, accelerations: &[[f64; 2]]) -> ChainMotion {
     let mut motion = [state.q.clone(), state.v.clone(), accelerations.to_vec()];
     for k in 0..state.q.len() {
         let direction = PolarAxis::Z.direction([0, 1, 2].map(|i| motion[i][k]));
@@ -152,7 +152,7 @@ fn factorised_step_matrix_about_x_matches_differences() {
     }
 }
 
-type System = FilamentSystem<FixedClamp, Plane>;
+type PoleSystem = FilamentSystem<FixedClamp, Plane>;
 
 /// Rotates the frame by 90° about `x`: `z` becomes `−y`. The rotation does not permute the axes of
 /// the charts cyclically.
@@ -176,7 +176,7 @@ struct Clamped {
 }
 
 /// Observations of an integrated motion.
-struct Seen {
+struct ObservedMotion {
     /// The nodes at the end.
     nodes: Vec<[f64; 3]>,
     statistics: Statistics,
@@ -199,7 +199,7 @@ impl Clamped {
         }
     }
 
-    fn system(&self) -> System {
+    fn system(&self) -> PoleSystem {
         let law = ContactLaw::from(&ContactSettings::default());
         let far = Plane::new([0.0, -1e3, 0.0], [0.0, 1.0, 0.0], [0.0; 3]);
         FilamentSystem::new(
@@ -213,7 +213,7 @@ impl Clamped {
         )
     }
 
-    fn state(&self, system: &mut System) -> FilamentState {
+    fn state(&self, system: &mut PoleSystem) -> FilamentState {
         let coordinates = self
             .start
             .iter()
@@ -222,11 +222,11 @@ impl Clamped {
         system.state(0.0, q, v)
     }
 
-    fn integrate(&self) -> Seen {
+    fn integrate(&self) -> ObservedMotion {
         let mut system = self.system();
         let start = self.state(&mut system);
         let tolerances = Tolerances::of_motion(TOLERANCE, 1.0, self.rate_scale);
-        let energies = |system: &mut System, state: &FilamentState| {
+        let energies = |system: &mut PoleSystem, state: &FilamentState| {
             let energies = system.energies(state);
             (
                 energies.kinetic,
@@ -259,7 +259,7 @@ impl Clamped {
             observe,
         )
         .unwrap_or_else(|error| panic!("{error}"));
-        Seen {
+        ObservedMotion {
             nodes,
             statistics,
             energy_error: change / kinetic,
@@ -308,7 +308,7 @@ const MAX_DIFFERENCE: f64 = 1e-5;
 
 /// Checks that a motion conserves its energy, and is the same in rotated axes, where it meets no
 /// pole.
-fn check_motion(motion: &Clamped) -> Seen {
+fn check_motion(motion: &Clamped) -> ObservedMotion {
     let seen = motion.integrate();
     let turned = motion.turned().integrate();
     assert_eq!(

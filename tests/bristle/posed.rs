@@ -16,7 +16,7 @@ const TOLERANCE: f64 = 1e-6;
 
 /// A case of `tests/data/reference_poses.json`.
 #[derive(Deserialize)]
-struct Reference {
+struct PoseReference {
     name: String,
     input: Settings,
     own_error: f64,
@@ -26,7 +26,7 @@ struct Reference {
 
 #[test]
 fn tools_of_any_pose_agree_with_casadi_and_cvodes() {
-    let (mut failures, references) = (Vec::new(), cases::<Reference>("reference_poses.json"));
+    let (mut failures, references) = (Vec::new(), cases::<PoseReference>("reference_poses.json"));
     assert_eq!(references.len(), 16);
     for case in references {
         let mut settings = case.input.clone();

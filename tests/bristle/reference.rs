@@ -8,11 +8,11 @@ use serde::de::DeserializeOwned;
 
 fn states<T: DeserializeOwned>(name: &str) -> Vec<T> {
     #[derive(Deserialize)]
-    struct States<T> {
+    struct ReferenceStates<T> {
         states: Vec<T>,
     }
 
-    let file: States<T> =
+    let file: ReferenceStates<T> =
         serde_json::from_str(&crate::common::data(name)).expect("the file is JSON");
     file.states
 }

@@ -10,7 +10,7 @@ use crate::common::{Stated, case, cases, difference, metrics, number};
 
 /// A case of `tests/data/reference_segments.json`.
 #[derive(Deserialize)]
-struct Reference {
+struct SegmentReference {
     name: String,
     input: Settings,
     filaments: [Stated; 1],
@@ -18,9 +18,9 @@ struct Reference {
 
 #[test]
 fn soft_contacts_of_long_chains_are_those_of_an_independent_code() {
-    let references: Vec<Reference> = cases("reference_segments.json");
+    let references: Vec<SegmentReference> = cases("reference_segments.json");
     assert!(references.len() >= 4);
-    for Reference {
+    for SegmentReference {
         name,
         mut input,
         filaments: [expected],

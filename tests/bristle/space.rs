@@ -21,7 +21,7 @@ const MAX_PASS_ERROR: f64 = 5e-6;
 
 /// A case of `tests/data/reference_space.json`.
 #[derive(Deserialize)]
-struct Reference {
+struct SpaceReference {
     name: String,
     input: Settings,
     /// Metrics of each filament.
@@ -36,7 +36,7 @@ struct OwnErrors {
     neighbours: f64,
 }
 
-impl Reference {
+impl SpaceReference {
     fn subject(&self) -> String {
         format!(
             "{}, {} m/s",
@@ -56,7 +56,7 @@ fn differences(metrics: &Metrics, stated: &Stated) -> Vec<(&'static str, f64)> {
     [&impulse_differences(metrics, stated)[..], &[work]].concat()
 }
 
-fn references() -> Vec<Reference> {
+fn references() -> Vec<SpaceReference> {
     let cases = cases("reference_space.json");
     assert_eq!(cases.len(), 10);
     cases

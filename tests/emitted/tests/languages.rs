@@ -53,7 +53,7 @@ const STATES_OF_EVALUATE: usize = 100;
 const TOLERANCE_OF_EVALUATE: f64 = 1e-13;
 
 /// Functions with the same inputs, the states at which they are compared, and their values there.
-struct Sample {
+struct FunctionSamples {
     name: String,
     kernels: Vec<Kernel>,
     /// The names of the elements of a state.
@@ -63,7 +63,7 @@ struct Sample {
     values: Vec<Vec<f64>>,
 }
 
-impl Sample {
+impl FunctionSamples {
     fn new(name: &str, kernels: Vec<Kernel>, values: impl Fn(&[f64]) -> Vec<f64>) -> Self {
         let mut rng = Rng::with_seed(21);
         let states: Vec<Vec<f64>> = (0..STATES)
@@ -281,7 +281,7 @@ fn program(variable: &str) -> Option<String> {
 #[test]
 fn c_agrees() {
     let emit = |kernels: &[Kernel]| c::emit(kernels, ORIGIN);
-    for sample in Sample::all(emit) {
+    for sample in FunctionSamples::all(emit) {
         let files = emit(&sample.kernels).expect("the kernels can be emitted");
         let arguments = sample.arguments(
             |start| format!("x[{start}]"),
@@ -391,7 +391,7 @@ fn rust_on_f64_agrees() {
         "-Anon-snake-case",
         "-Copt-level=1",
     ];
-    for sample in Sample::all(emit) {
+    for sample in FunctionSamples::all(emit) {
         let files = emit(&sample.kernels).expect("the kernels can be emitted");
         let arguments = sample.arguments(
             |start| format!("x[{start}]"),
@@ -440,7 +440,7 @@ fn octave_agrees() {
         return;
     };
     let emit = |kernels: &[Kernel]| matlab::emit(kernels, ORIGIN);
-    for sample in Sample::all(emit) {
+    for sample in FunctionSamples::all(emit) {
         let files = emit(&sample.kernels).expect("the kernels can be emitted");
         let arguments = sample.arguments(
             |start| format!("x({})", start + 1),
@@ -494,7 +494,7 @@ fn numpy_agrees() {
     let emit = |kernels: &[Kernel]| {
         numpy::emit(kernels, ORIGIN).map(|text| single("bristle_chain.py", text))
     };
-    for sample in Sample::all(emit) {
+    for sample in FunctionSamples::all(emit) {
         let files = emit(&sample.kernels).expect("the kernels can be emitted");
         let arguments = sample.arguments(
             |start| format!("x[:, {start}]"),
@@ -561,7 +561,7 @@ fn sympy_agrees() {
         sympy::emit(kernels, ORIGIN).map(|text| single("bristle_chain_sympy.py", text))
     };
     // SymPy expands the expressions of long chains for minutes.
-    let samples = Sample::all(emit).into_iter();
+    let samples = FunctionSamples::all(emit).into_iter();
     for sample in samples.filter(|sample| !sample.name.starts_with(EVALUATE)) {
         let files = emit(&sample.kernels).expect("the kernels can be emitted");
         let names: Vec<String> = sample

@@ -201,10 +201,10 @@ pub fn trajectory_rows<T: DeserializeOwned>(text: &str) -> Result<Vec<T>, Failur
 /// The cases of a reference committed as JSON.
 pub fn cases_of<T: DeserializeOwned>(text: &str) -> Result<Vec<T>, Failure> {
     #[derive(Deserialize)]
-    struct Cases<T> {
+    struct ChainCases<T> {
         cases: Vec<T>,
     }
 
-    let Cases { cases } = serde_json::from_str(text)?;
+    let ChainCases { cases } = serde_json::from_str(text)?;
     Ok(cases)
 }

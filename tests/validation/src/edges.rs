@@ -44,12 +44,12 @@ impl Workpiece for Lone {
 /// A clamp along `x` that moves along `x` at a constant speed (m/s) and is at the origin at
 /// `origin` (s).
 #[derive(Clone, Copy, Debug)]
-struct Drawn {
+struct DrawnClamp {
     speed: f64,
     origin: f64,
 }
 
-impl ClampMotion for Drawn {
+impl ClampMotion for DrawnClamp {
     fn at(&self, time: f64) -> Clamp<f64> {
         Clamp {
             position: [self.speed * (time - self.origin), 0.0, 0.0],
@@ -91,9 +91,9 @@ fn touching(point: [f64; 2], friction: f64) -> (Circle, Held) {
 fn system(
     segments: usize,
     circle: Circle,
-    motion: Drawn,
+    motion: DrawnClamp,
     friction: f64,
-) -> FilamentSystem<Drawn, Lone> {
+) -> FilamentSystem<DrawnClamp, Lone> {
     let mut chain = unit_chain(segments);
     for link in &mut chain.links {
         link.damping = DAMPING_TIME * link.stiffness;
@@ -112,7 +112,7 @@ fn system(
 
 /// The contact of a beam with its edge.
 #[derive(Clone, Copy, Debug)]
-struct Seen {
+struct EdgeContact {
     /// Angle of the segment in contact.
     angle: f64,
     /// Arc length from the root.
@@ -128,10 +128,10 @@ struct Seen {
 fn settle(
     segments: usize,
     circle: Circle,
-    motion: Drawn,
+    motion: DrawnClamp,
     friction: f64,
     end: f64,
-) -> Result<Seen, Failure> {
+) -> Result<EdgeContact, Failure> {
     let mut system = system(segments, circle, motion, friction);
     let filament = system.filament(0).clone();
     let [x, y] = circle.centre;
@@ -144,7 +144,7 @@ fn settle(
     );
     let tolerances = Tolerances::of_motion(1e-9, 1.0, 1.0);
     let h = filament.chain.length;
-    let mut seen = Seen {
+    let mut seen = EdgeContact {
         angle: f64::NAN,
         length: f64::NAN,
         force: f64::NAN,
@@ -183,7 +183,7 @@ fn settle(
 /// beam rests without friction.
 fn errors(segments: usize, ratio: f64) -> Result<([f64; 3], f64), Failure> {
     const SHIFTS: usize = 4;
-    let still = Drawn {
+    let still = DrawnClamp {
         speed: 0.0,
         origin: 0.0,
     };
@@ -258,7 +258,7 @@ pub fn over_edge(trial: &mut Trial) -> Outcome {
         let point = [REACH, 0.25 * REACH];
         let (circle, held) = touching(point, friction);
         let at = |segments: usize, speed: f64| -> Result<f64, Failure> {
-            let motion = Drawn {
+            let motion = DrawnClamp {
                 speed: speed.copysign(friction),
                 origin: REST,
             };
@@ -298,7 +298,7 @@ pub fn release(trial: &mut Trial) -> Outcome {
             let seen = settle(
                 segments,
                 circle,
-                Drawn {
+                DrawnClamp {
                     speed: -speed,
                     origin: REST,
                 },

@@ -31,12 +31,12 @@ pub struct Shape {
 }
 
 /// A force on the tip.
-struct Tip {
+struct TipForce {
     node: usize,
     force: [f64; 3],
 }
 
-impl NodeLoads<f64> for Tip {
+impl NodeLoads<f64> for TipForce {
     fn force(&self, node: usize, _: [f64; 3], _: [f64; 3]) -> Option<[f64; 3]> {
         (node == self.node).then_some(self.force)
     }
@@ -74,7 +74,7 @@ pub fn equilibrium(chain: Chain<f64>, load: Load, parts: usize) -> Result<Shape,
             gravity,
             ..chain.clone()
         });
-        let tip = Tip {
+        let tip = TipForce {
             node: n - 1,
             force: load.force.map(|component| share * component),
         };

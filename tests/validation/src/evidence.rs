@@ -8,7 +8,7 @@ use crate::tolerances::{self, Tolerance};
 use crate::trial::Check;
 
 /// The largest difference of a row.
-enum Largest {
+enum LargestDifference {
     /// Largest error of trials, by their names, among comparisons with these tolerances, or all.
     Of(&'static [&'static str], &'static [&'static Tolerance]),
     /// All comparisons hold in trials with this prefix of their names.
@@ -18,41 +18,41 @@ enum Largest {
 }
 
 /// Rows: subject, reference, and largest difference.
-const ROWS: &[(&str, &str, Largest)] = &[
+const ROWS: &[(&str, &str, LargestDifference)] = &[
     (
         "equations of motion, kernels and tangents, at 1000 states",
         "CasADi, from its own statement of the energies",
-        Largest::Within(1e-12, "-p bristle-codegen --test codegen -- agreement::"),
+        LargestDifference::Within(1e-12, "-p bristle-codegen --test codegen -- agreement::"),
     ),
     (
         "accelerations, n up to 25",
         "Pinocchio's articulated-body algorithm",
-        Largest::Within(1e-11, "--test bristle -- reference::"),
+        LargestDifference::Within(1e-11, "--test bristle -- reference::"),
     ),
     (
         "elastica under a tip load",
         "elliptic integrals (Bisshopp and Drucker 1945)",
-        Largest::Of(&["elastica under a tip load"], &[tolerances::STATICS]),
+        LargestDifference::Of(&["elastica under a tip load"], &[tolerances::STATICS]),
     ),
     (
         "force in the middle of a slow pass",
         "buckled elastica",
-        Largest::Of(&["buckled elastica in a slow pass"], &[]),
+        LargestDifference::Of(&["buckled elastica in a slow pass"], &[]),
     ),
     (
         "first five natural frequencies",
         "Euler and Bernoulli's beam",
-        Largest::Of(&["frequencies of a cantilever"], &[tolerances::FREQUENCY]),
+        LargestDifference::Of(&["frequencies of a cantilever"], &[tolerances::FREQUENCY]),
     ),
     (
         "damping ratio of the first mode",
         "the stated ratio",
-        Largest::Of(&["damping ratio of the first mode"], &[tolerances::DAMPING]),
+        LargestDifference::Of(&["damping ratio of the first mode"], &[tolerances::DAMPING]),
     ),
     (
         "flap and lag frequencies of a rotating filament",
         "Wright et al. 1982",
-        Largest::Of(
+        LargestDifference::Of(
             &["frequencies of a rotating cantilever"],
             &[tolerances::FREQUENCY],
         ),
@@ -60,52 +60,52 @@ const ROWS: &[(&str, &str, Largest)] = &[
     (
         "restitution of impacts",
         "Hunt and Crossley's law",
-        Largest::Of(&["restitution of impacts"], &[tolerances::IMPACT]),
+        LargestDifference::Of(&["restitution of impacts"], &[tolerances::IMPACT]),
     ),
     (
         "energy over whole passes",
         "balance",
-        Largest::Of(&["energy of passes"], &[tolerances::ENERGY]),
+        LargestDifference::Of(&["energy of passes"], &[tolerances::ENERGY]),
     ),
     (
         "one pass in the plane: force, tip, impulse",
         "CasADi and CVODES",
-        Largest::Of(&["pass by CVODES"], &[]),
+        LargestDifference::Of(&["pass by CVODES"], &[]),
     ),
     (
         "impulse, deflection and contact time of a pass, n → ∞",
         "Exudyn's continuous beam",
-        Largest::Of(&["pass by Exudyn"], &[tolerances::ANCF_METRICS]),
+        LargestDifference::Of(&["pass by Exudyn"], &[tolerances::ANCF_METRICS]),
     ),
     (
         "passes with friction over chamfers, circles and splines: impulses and friction work",
         "CasADi and CVODES",
-        Largest::Within(5e-6, "--test bristle -- edges::"),
+        LargestDifference::Within(5e-6, "--test bristle -- edges::"),
     ),
     (
         "tilted tools, cones and cups: impulses",
         "CasADi and CVODES",
-        Largest::Within(1e-6, "--test bristle -- posed::"),
+        LargestDifference::Within(1e-6, "--test bristle -- posed::"),
     ),
     (
         "wavy, tapered filament under an end moment",
         "integral of the curved beam",
-        Largest::Of(&["wavy, tapered filament"], &[tolerances::SHAPE]),
+        LargestDifference::Of(&["wavy, tapered filament"], &[tolerances::SHAPE]),
     ),
     (
         "rows of up to three filaments that touch: impulse of each",
         "CasADi and CVODES",
-        Largest::Within(1e-3, "--test bristle -- brush::rows_are"),
+        LargestDifference::Within(1e-3, "--test bristle -- brush::rows_are"),
     ),
     (
         "row of six filaments that touch: impulse of each",
         "MuJoCo, with the same contact points",
-        Largest::Of(&["row of six by MuJoCo"], &[tolerances::ROW]),
+        LargestDifference::Of(&["row of six by MuJoCo"], &[tolerances::ROW]),
     ),
     (
         "the paper's seven findings on the grid of 120",
         "a numeric criterion each",
-        Largest::AllHold("paper: "),
+        LargestDifference::AllHold("paper: "),
     ),
 ];
 
@@ -146,11 +146,13 @@ fn table(reports: &[Report]) -> String {
         .to_owned();
     for (what, with, largest) in ROWS {
         let (largest, command) = match largest {
-            Largest::Of(names, tolerances) => {
+            LargestDifference::Of(names, tolerances) => {
                 (rounded_up(largest_error(reports, names, tolerances)), None)
             }
-            Largest::AllHold(prefix) => (all_hold(reports, prefix), None),
-            Largest::Within(tolerance, command) => (rounded_up(*tolerance), Some(command)),
+            LargestDifference::AllHold(prefix) => (all_hold(reports, prefix), None),
+            LargestDifference::Within(tolerance, command) => {
+                (rounded_up(*tolerance), Some(command))
+            }
         };
         let command = command.map_or("full".to_owned(), |command| {
             format!("`cargo test {command}`")

@@ -16,7 +16,7 @@ use super::trial::{Outcome, Trial, logarithmic_slope};
 use super::{sources, tolerances};
 
 /// A system that only its clamp touches.
-type System = FilamentSystem<FixedClamp, Plane>;
+type ClampedSystem = FilamentSystem<FixedClamp, Plane>;
 
 /// Directions of the segments and their rates, independent of the charts.
 fn directions(state: &FilamentState) -> Vec<[[f64; 3]; 2]> {
@@ -28,7 +28,7 @@ fn directions(state: &FilamentState) -> Vec<[[f64; 3]; 2]> {
 }
 
 /// The state at time zero with these directions and rates.
-fn state_of(system: &mut System, directions: &[[[f64; 3]; 2]]) -> FilamentState {
+fn state_of(system: &mut ClampedSystem, directions: &[[[f64; 3]; 2]]) -> FilamentState {
     let coordinates = directions
         .iter()
         .map(|[e, rate]| PolarAxis::Z.coordinates([*e, *rate, [0.0; 3]]));

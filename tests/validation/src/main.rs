@@ -45,10 +45,10 @@ use record::Report;
 use trial::{Outcome, Trial};
 
 /// Name and function of a trial.
-type Entry = (&'static str, fn(&mut Trial) -> Outcome);
+type NamedTrial = (&'static str, fn(&mut Trial) -> Outcome);
 
 /// Trials that run with all tests, in seconds of processor time.
-const QUICK: &[Entry] = &[
+const QUICK: &[NamedTrial] = &[
     ("elastica under a tip load", statics::tip_load),
     ("circle under an end moment", statics::end_moment),
     ("filament under its weight", statics::hanging),
@@ -70,7 +70,7 @@ const QUICK: &[Entry] = &[
 ];
 
 /// Further trials, which run with `--full` only. The last ones take longest.
-const FULL: &[Entry] = &[
+const FULL: &[NamedTrial] = &[
     ("frequencies of a cantilever", vibration::cantilever),
     ("damping ratio of the first mode", vibration::damping),
     ("hanging chain", vibration::hanging_chain),
@@ -127,9 +127,9 @@ impl Arguments {
     }
 
     /// The trials to run.
-    fn trials(&self) -> Vec<Entry> {
+    fn trials(&self) -> Vec<NamedTrial> {
         let more = if self.is_full { FULL } else { &[] };
-        let is_chosen = |(name, _): &&Entry| {
+        let is_chosen = |(name, _): &&NamedTrial| {
             self.words.is_empty() || self.words.iter().any(|word| name.contains(word))
         };
         QUICK
@@ -172,7 +172,7 @@ fn main() -> ExitCode {
 }
 
 /// Runs trials on all cores, the last ones first, and prints a line for each.
-fn run(entries: &[Entry]) -> Vec<Report> {
+fn run(entries: &[NamedTrial]) -> Vec<Report> {
     let (left, reports) = (AtomicUsize::new(entries.len()), Mutex::new(Vec::new()));
     let work = || {
         while let Ok(place) = left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| {

@@ -14,17 +14,17 @@ use super::{sources, tolerances};
 
 /// The metrics of a study over depth and velocity.
 #[derive(Clone, Debug)]
-struct Grid {
+struct PaperGrid {
     velocities: Vec<f64>,
     depths: Vec<f64>,
     /// Rows by depth, columns by velocity.
     metrics: Vec<Vec<Metrics>>,
 }
 
-impl Grid {
+impl PaperGrid {
     /// The grid of the paper with 25 segments, computed once for all findings.
     fn paper() -> Result<&'static Self, Failure> {
-        static GRID: OnceLock<Result<Grid, String>> = OnceLock::new();
+        static GRID: OnceLock<Result<PaperGrid, String>> = OnceLock::new();
         GRID.get_or_init(|| Self::new(25.0).map_err(|failure| failure.to_string()))
             .as_ref()
             .map_err(|message| message.clone().into())
@@ -152,7 +152,7 @@ fn find<const N: usize>(
 ///
 /// At the smallest depth it saturates at the highest velocities, so single steps may fall by 1 %.
 pub fn deflection(trial: &mut Trial) -> Outcome {
-    let grid = Grid::paper()?;
+    let grid = PaperGrid::paper()?;
     let metric = |metrics: &Metrics| metrics.max_tip_deflection_m;
     let columns = grid.columns(metric);
     let growth = columns
@@ -211,7 +211,7 @@ pub fn deflection(trial: &mut Trial) -> Outcome {
 
 /// Finding 2: the contact time falls steeply with velocity, most at large depth.
 pub fn contact_time(trial: &mut Trial) -> Outcome {
-    let grid = Grid::paper()?;
+    let grid = PaperGrid::paper()?;
     let rows = grid.rows(|metrics| metrics.contact_time_s);
     let last = grid.velocities.len() - 1;
     let fall = rows.iter().map(|row| most_growth(row)).fold(0.0, worse);
@@ -247,7 +247,7 @@ pub fn contact_time(trial: &mut Trial) -> Outcome {
 ///
 /// The tier is the depth at which `ε_tc = ½`, interpolated at each velocity.
 pub fn tier(trial: &mut Trial) -> Outcome {
-    let grid = Grid::paper()?;
+    let grid = PaperGrid::paper()?;
     let ratios = grid.columns(|metrics| metrics.contact_time_ratio);
     let (mut misplaced, mut velocities, mut depths) = (0, Vec::new(), Vec::new());
     for (velocity, column) in ratios.iter().enumerate() {
@@ -321,7 +321,7 @@ pub fn tier(trial: &mut Trial) -> Outcome {
 /// From 15 m/s on, both kinds of motion occur. There the least impulse is that of a striking pass,
 /// and the deepest sweep has at least a quarter more.
 pub fn impulse(trial: &mut Trial) -> Outcome {
-    let grid = Grid::paper()?;
+    let grid = PaperGrid::paper()?;
     let metric = |metrics: &Metrics| metrics.contact_normal_impulse_n_s;
     let rows = grid.rows(metric);
     let last = grid.velocities.len() - 1;
@@ -390,7 +390,7 @@ pub fn impulse(trial: &mut Trial) -> Outcome {
 /// At 1, 2 and 3 mm the force has a local maximum on the tier, at least 2 % above that at the next
 /// velocity, with one contact more than at 30 m/s.
 pub fn tool_force(trial: &mut Trial) -> Outcome {
-    let grid = Grid::paper()?;
+    let grid = PaperGrid::paper()?;
     let metric = |metrics: &Metrics| metrics.tool_contact_normal_force_n;
     let columns = grid.columns(metric);
     let last = columns.len() - 1;
@@ -512,7 +512,7 @@ fn last_contact(velocity: f64, depth: f64) -> Result<f64, Failure> {
 
 /// Finding 6: more than 25 segments make no noticeable difference.
 pub fn segments(trial: &mut Trial) -> Outcome {
-    let (paper, fine) = (Grid::paper()?, &Grid::new(50.0)?);
+    let (paper, fine) = (PaperGrid::paper()?, &PaperGrid::new(50.0)?);
     let pairs = || {
         paper
             .metrics
@@ -557,7 +557,7 @@ pub fn segments(trial: &mut Trial) -> Outcome {
 
 /// Finding 7: the tool force has the magnitude of measured forces. The paper has no table of them.
 pub fn magnitude(trial: &mut Trial) -> Outcome {
-    let grid = Grid::paper()?;
+    let grid = PaperGrid::paper()?;
     let [low, high] = extremes(
         grid.metrics
             .iter()

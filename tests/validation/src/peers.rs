@@ -11,7 +11,7 @@ use super::{sources, tolerances};
 
 /// An instant of another code's trajectory.
 #[derive(Deserialize)]
-struct Row {
+struct PeerInstant {
     time_s: f64,
     contact_normal_force_n: f64,
     tip_x_m: f64,
@@ -42,8 +42,9 @@ fn pass(segments: usize) -> Result<Simulation, Failure> {
 ///
 /// # Errors
 /// If the instants differ.
-fn distances(history: &[Sample], rows: &[Row]) -> Result<[f64; 3], Failure> {
-    let differ = |(row, sample): (&Row, &Sample)| (row.time_s - sample.time_s).abs() > 1e-12;
+fn distances(history: &[Sample], rows: &[PeerInstant]) -> Result<[f64; 3], Failure> {
+    let differ =
+        |(row, sample): (&PeerInstant, &Sample)| (row.time_s - sample.time_s).abs() > 1e-12;
     if rows.len() != history.len() || rows.iter().zip(history).any(differ) {
         return Err("the reference has other instants than the pass".into());
     }
@@ -89,7 +90,7 @@ impl Peer {
         metrics: [f64; 5],
     ) -> Outcome {
         const METRICS: &str = include_str!("../../../benches/peers/trajectories/pass_metrics.csv");
-        let rows: Vec<Row> = trajectory_rows(self.rows)?;
+        let rows: Vec<PeerInstant> = trajectory_rows(self.rows)?;
         let expected = trajectory_rows::<PeerMetrics>(METRICS)?
             .into_iter()
             .find(|metrics| metrics.code == self.code)

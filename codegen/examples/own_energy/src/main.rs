@@ -14,7 +14,7 @@ mod equations {
 }
 
 /// Three coordinates in rad, their rates in rad/s, and the dissipated energy in J.
-type State = SVector<f64, 7>;
+type OwnState = SVector<f64, 7>;
 
 /// Calls a function of the chain: a filament of 30 mm at rest along `x`, 1 mm above the plane.
 #[rustfmt::skip]
@@ -31,16 +31,16 @@ macro_rules! at {
     };
 }
 
-fn rate(state: State) -> State {
+fn rate(state: OwnState) -> OwnState {
     let mass_matrix = Matrix3::from(at!(state, planar_mass_matrix).mass_matrix);
     let force = Vector3::from(at!(state, planar_force).force);
     let a = mass_matrix.lu().solve(&force).expect("it is regular");
     let power = at!(state, observed).power;
-    State::from([state[3], state[4], state[5], a[0], a[1], a[2], power])
+    OwnState::from([state[3], state[4], state[5], a[0], a[1], a[2], power])
 }
 
 /// Takes a step of the classical Runge-Kutta method.
-fn step(state: State, h: f64) -> State {
+fn step(state: OwnState, h: f64) -> OwnState {
     let a = rate(state);
     let b = rate(state + h / 2.0 * a);
     let c = rate(state + h / 2.0 * b);
@@ -49,22 +49,22 @@ fn step(state: State, h: f64) -> State {
 }
 
 /// The state 1 ms later.
-fn advanced(state: State) -> State {
+fn advanced(state: OwnState) -> OwnState {
     (0..500).fold(state, |state, _| step(state, 2e-6))
 }
 
 /// Energy of the chain and the energy dissipated so far, in J.
-fn energy(state: State) -> f64 {
+fn energy(state: OwnState) -> f64 {
     let energies = at!(state, planar_energies);
     energies.kinetic + energies.spring + energies.gravity + energies.other + state[6]
 }
 
 fn main() {
     println!("t in ms   y in mm   lost in µJ   imbalance in J");
-    let mut state = State::zeros();
+    let mut state = OwnState::zeros();
     for time in 0..=20 {
         let (height, lost) = (1e3 * at!(state, observed).height, 1e6 * state[6]);
-        let imbalance = energy(state) - energy(State::zeros());
+        let imbalance = energy(state) - energy(OwnState::zeros());
         println!("{time:7} {height:9.4} {lost:12.3} {imbalance:16.1e}");
         state = advanced(state);
     }
@@ -72,11 +72,11 @@ fn main() {
 
 #[test]
 fn what_the_dampers_take_is_what_the_chain_loses() {
-    let end = (0..20).fold(State::zeros(), |state, _| advanced(state));
+    let end = (0..20).fold(OwnState::zeros(), |state, _| advanced(state));
     // The tip has fallen into the potential and dissipated a part of its depth of 100 µJ.
     assert!(at!(end, observed).height < 0.5e-3 && end[6] > 5e-6);
     // The method has order 4.
-    assert!((energy(end) - energy(State::zeros())).abs() < 1e-9 * end[6]);
+    assert!((energy(end) - energy(OwnState::zeros())).abs() < 1e-9 * end[6]);
 }
 
 #[test]

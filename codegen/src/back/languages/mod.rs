@@ -211,9 +211,9 @@ impl<'a> Intermediates<'a> {
 }
 
 /// The notation of a program.
-struct Program<'a, D>(&'a D);
+struct ProgramNotation<'a, D>(&'a D);
 
-impl<D: Dialect> Notation for Program<'_, D> {
+impl<D: Dialect> Notation for ProgramNotation<'_, D> {
     fn is_mathematics(&self) -> bool {
         false
     }
@@ -359,7 +359,7 @@ impl FunctionBody {
         let order = kernel.computed();
         check_nodes(kernel, &order)?;
         let uses = uses(kernel, &order);
-        let notation = Program(dialect);
+        let notation = ProgramNotation(dialect);
         let mut writer = Writer::new(&kernel.graph, &notation);
         let (mut statements, mut unused) = (String::new(), Vec::new());
         for input in &kernel.inputs {

@@ -14,7 +14,7 @@ use tempfile::TempDir;
 use crate::program::{bristle, has, section, words};
 
 /// A page, and what it says besides its commands, files and outputs.
-struct Page {
+struct DocumentPage {
     text: &'static str,
     /// The numbers of its commands and of the outputs that it shows.
     counts: (usize, usize),
@@ -35,7 +35,7 @@ fn read(path: &Path) -> String {
 
 /// A block of the page that is not prose.
 #[derive(Debug)]
-struct Block<'t> {
+struct PageBlock<'t> {
     /// The language of the block: `sh`, `toml`, `csv` or `text`.
     language: &'t str,
     text: &'t str,
@@ -43,13 +43,13 @@ struct Block<'t> {
     before: &'t str,
 }
 
-fn blocks(page: &'static str) -> Vec<Block<'static>> {
+fn blocks(page: &'static str) -> Vec<PageBlock<'static>> {
     let mut blocks = Vec::new();
     let mut rest = page;
     while let Some((before, fenced)) = rest.split_once("```") {
         let (language, fenced) = fenced.split_once('\n').expect("a block has lines");
         let (text, after) = fenced.split_once("```").expect("a block ends");
-        blocks.push(Block {
+        blocks.push(PageBlock {
             language,
             text,
             before,
@@ -112,7 +112,7 @@ fn is_printed(block: &str, printed: &str) {
 /// compared.
 fn follow(page: &'static str, directory: &Path) -> (usize, usize) {
     let (mut printed, mut commands, mut compared) = (String::new(), 0, 0);
-    for Block {
+    for PageBlock {
         language,
         text,
         before,
@@ -139,7 +139,7 @@ fn follow(page: &'static str, directory: &Path) -> (usize, usize) {
 }
 
 /// Does what a page says, and expects what it says. Returns the directory.
-fn check(page: &Page) -> TempDir {
+fn check(page: &DocumentPage) -> TempDir {
     let directory = TempDir::new().expect("a temporary directory");
     let counts = follow(page.text, directory.path());
     assert_eq!(
@@ -173,7 +173,7 @@ fn is_figure(directory: &TempDir, drawn: &str, committed: &str) {
 #[ignore = "with the other pages it takes minutes"]
 fn the_readme_describes_a_brush_as_it_says() {
     let readme = include_str!("../../../../README.md");
-    check(&Page {
+    check(&DocumentPage {
         text: section(readme, "A brush of your own"),
         counts: (2, 1),
         files: &["new/report.html"],
@@ -184,7 +184,7 @@ fn the_readme_describes_a_brush_as_it_says() {
 #[test]
 #[ignore = "with the other pages it takes minutes"]
 fn the_tutorial_does_what_it_says() {
-    check(&Page {
+    check(&DocumentPage {
         text: include_str!("../../../../docs/tutorial.md"),
         counts: (8, 5),
         files: &[
@@ -206,7 +206,7 @@ contact tool_contact_normal_force_n 234.0 1.0",
 #[test]
 #[ignore = "with the other pages it takes minutes"]
 fn choosing_speed_and_depth_does_what_it_says() {
-    check(&Page {
+    check(&DocumentPage {
         text: include_str!("../../../../docs/speed-and-depth.md"),
         counts: (9, 6),
         files: &[
@@ -225,7 +225,7 @@ candidate tool_contact_normal_force_n 57.12 0.01",
 #[test]
 #[ignore = "with the other pages it takes minutes"]
 fn forces_are_as_certain_as_the_page_says() {
-    let directory = check(&Page {
+    let directory = check(&DocumentPage {
         text: include_str!("../../../../docs/trust.md"),
         counts: (9, 8),
         files: &[
@@ -344,7 +344,7 @@ fn the_formulas_for_measurements_give_what_the_page_says() {
 #[ignore = "with the other pages it takes minutes"]
 fn cups_cones_and_tilted_brushes_do_what_the_page_says() {
     let page = include_str!("../../../../docs/cups.md");
-    let directory = check(&Page {
+    let directory = check(&DocumentPage {
         text: page,
         counts: (6, 6),
         files: &[
@@ -379,7 +379,7 @@ tilted tool_lateral_force_n -0.251 0.001",
 #[ignore = "with the other pages it takes minutes"]
 fn edges_are_worked_as_the_page_says() {
     let page = include_str!("../../../../docs/edges.md");
-    let directory = check(&Page {
+    let directory = check(&DocumentPage {
         text: page,
         counts: (13, 5),
         files: &[

@@ -57,16 +57,16 @@ fn long_file() -> String {
 
 /// `runs.csv` of the undisturbed study, and the time that it takes.
 static UNDISTURBED: LazyLock<(String, Duration)> = LazyLock::new(|| {
-    let workspace = Workspace::new();
+    let workspace = ResumeDirectory::new();
     let begin = Instant::now();
     ends(&workspace.study(""), FAILED_CASES);
     (workspace.read("runs.csv"), begin.elapsed())
 });
 
 /// A directory with the input file of the study and the directory of its results.
-struct Workspace(program::Workspace);
+struct ResumeDirectory(program::Workspace);
 
-impl Workspace {
+impl ResumeDirectory {
     fn new() -> Self {
         Self(program::Workspace::with(FILE))
     }
@@ -212,7 +212,7 @@ fn a_study_that_is_killed_twenty_times_ends_with_the_same_bytes() {
     const KILLS: usize = 20;
     let (_, duration) = &*UNDISTURBED;
     let mut random = fastrand::Rng::with_seed(6);
-    let mut workspace = Workspace::new();
+    let mut workspace = ResumeDirectory::new();
     let (mut kills, mut midway) = (0, 0);
     for round in 0.. {
         assert!(
@@ -242,7 +242,7 @@ fn a_study_that_is_killed_twenty_times_ends_with_the_same_bytes() {
         if let Some(code) = status.code() {
             assert_eq!(code, FAILED_CASES);
             workspace.is_as_undisturbed();
-            workspace = Workspace::new();
+            workspace = ResumeDirectory::new();
             continue;
         }
         kills += 1;
@@ -260,7 +260,7 @@ fn a_study_that_is_killed_twenty_times_ends_with_the_same_bytes() {
 
 #[test]
 fn a_finished_study_is_written_again_from_its_journal() {
-    let workspace = Workspace::new();
+    let workspace = ResumeDirectory::new();
     // A killed process has left half a file.
     workspace.write_journal(b"");
     let leftover = "results/.runs.csv.bristle-a1B2c3";
@@ -279,7 +279,7 @@ fn a_finished_study_is_written_again_from_its_journal() {
 /// The unit tests of `bristle_app::store::journal` cut it off at each byte.
 #[test]
 fn a_line_that_was_cut_off_is_dropped_with_a_note() {
-    let workspace = Workspace::new();
+    let workspace = ResumeDirectory::new();
     workspace.ends_as_undisturbed("");
     let whole = workspace.journal();
     workspace.write_journal(&whole[..whole.len() - 1]);
@@ -309,7 +309,7 @@ fn a_line_that_was_cut_off_is_dropped_with_a_note() {
 /// The unit tests of `bristle_app::store::journal` have more of them.
 #[test]
 fn other_journals_are_not_mixed_in() {
-    let workspace = Workspace::new();
+    let workspace = ResumeDirectory::new();
     let other = FILE
         .replace("length_m = 0.040", "length_m = 0.041")
         .replace("step = 0.5", "step = 1.0");
@@ -331,7 +331,7 @@ fn other_journals_are_not_mixed_in() {
         &["92 of 92 cases are in", "`results/previous-2`"],
     );
     workspace.write_input(FILE);
-    let workspace = Workspace::new();
+    let workspace = ResumeDirectory::new();
     workspace.ends_as_undisturbed("");
     // Damage in the middle.
     let mut journal = workspace.journal();
@@ -351,7 +351,7 @@ fn other_journals_are_not_mixed_in() {
 
 #[test]
 fn a_second_study_in_the_same_directory_is_refused() {
-    let workspace = Workspace::new();
+    let workspace = ResumeDirectory::new();
     workspace.write_input(&long_file());
     let mut first = workspace.start("--threads 1");
     workspace.wait_for_lines(2, &mut first);
@@ -372,7 +372,7 @@ fn a_second_study_in_the_same_directory_is_refused() {
 
 #[test]
 fn progress_and_summary_are_for_programs_too() {
-    let workspace = Workspace::new();
+    let workspace = ResumeDirectory::new();
     let begin = Instant::now();
     let output = workspace.ends_as_undisturbed("--json");
     let seconds = begin.elapsed().as_secs_f64();
@@ -435,7 +435,7 @@ fn progress_and_summary_are_for_programs_too() {
 
 #[test]
 fn the_log_is_written_on_request() {
-    let workspace = Workspace::new();
+    let workspace = ResumeDirectory::new();
     let log = |filter: &str| {
         let output = workspace
             .command("--restart")
@@ -486,7 +486,7 @@ mod unix {
         if ignores_interrupts() {
             return;
         }
-        let workspace = Workspace::new();
+        let workspace = ResumeDirectory::new();
         workspace.write_input(&long_file());
         let mut child = workspace.start("--threads 2");
         workspace.wait_for_lines(5, &mut child);
@@ -506,7 +506,7 @@ mod unix {
     /// disk.
     #[test]
     fn a_file_that_cannot_grow_loses_nothing() {
-        let workspace = Workspace::new();
+        let workspace = ResumeDirectory::new();
         // A block has 512 bytes, or 1024 in some shells. Untrapped, the signal that comes with the
         // error would end the program.
         let limited = |blocks: u32| {
@@ -553,7 +553,7 @@ mod unix {
 
     #[test]
     fn a_read_only_directory_is_refused() {
-        let workspace = Workspace::new();
+        let workspace = ResumeDirectory::new();
         workspace.ends_as_undisturbed("");
         let before = (workspace.journal(), workspace.read("runs.csv"));
         // As root of a namespace of its own, in which it may mount.

@@ -463,7 +463,7 @@ const BRACES: usize = 100;
 
 /// A part of a formula that stays on one line, with the number of brackets around the break before
 /// it.
-struct Piece<'a> {
+struct FormulaPiece<'a> {
     text: &'a str,
     width: usize,
     depth: usize,
@@ -501,10 +501,10 @@ fn lines(notation: &dyn Layout, body: &str, width: usize, breaks: Breaks) -> Vec
 /// Groups pieces between breaks of at most `depth`, or of a larger depth, up to the `deepest`,
 /// where a group is too wide.
 fn groups<'a, 'b>(
-    pieces: &'b [Piece<'a>],
+    pieces: &'b [FormulaPiece<'a>],
     [depth, deepest]: Breaks,
     width: usize,
-) -> Vec<&'b [Piece<'a>]> {
+) -> Vec<&'b [FormulaPiece<'a>]> {
     let mut result = Vec::new();
     let mut start = 0;
     for end in 1..=pieces.len() {
@@ -524,7 +524,7 @@ fn groups<'a, 'b>(
 }
 
 /// Cuts `body` before each space at which it may be broken.
-fn pieces<'a>(notation: &dyn Layout, body: &'a str) -> Vec<Piece<'a>> {
+fn pieces<'a>(notation: &dyn Layout, body: &'a str) -> Vec<FormulaPiece<'a>> {
     let mut pieces = Vec::new();
     let (mut start, mut start_depth, mut depth) = (0, 0, 0_usize);
     // Start of the current word, whose backslash marks a command.
@@ -550,7 +550,7 @@ fn pieces<'a>(notation: &dyn Layout, body: &'a str) -> Vec<Piece<'a>> {
                 word = index + 1;
                 if !bound {
                     let text = &body[start..index];
-                    pieces.push(Piece {
+                    pieces.push(FormulaPiece {
                         text,
                         width: notation.width(text),
                         depth: start_depth,
@@ -563,7 +563,7 @@ fn pieces<'a>(notation: &dyn Layout, body: &'a str) -> Vec<Piece<'a>> {
         }
     }
     let text = &body[start..];
-    pieces.push(Piece {
+    pieces.push(FormulaPiece {
         text,
         width: notation.width(text),
         depth: start_depth,

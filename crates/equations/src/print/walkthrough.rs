@@ -22,13 +22,13 @@ use bristle_codegen::passes::normal_form::{Style, normalise};
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// A step of the derivation: named expressions of one graph.
-struct Step {
+struct DerivationStep {
     motion: Motion,
     graph: Graph,
     outputs: Vec<Output>,
 }
 
-impl Step {
+impl DerivationStep {
     /// Reduces a step to sums of products, collected by the constants of the model.
     fn collected(
         motion: Motion,
@@ -75,7 +75,7 @@ fn components(motion: Motion, head: &str, unit: Unit, vector: Vec3) -> Vec<Outpu
 }
 
 /// The direction of one segment and its rate.
-fn frames(motion: Motion) -> Step {
+fn frames(motion: Motion) -> DerivationStep {
     let mut graph = Graph::new();
     let g = &mut graph;
     let segment = Segment::new(g, "k");
@@ -89,7 +89,7 @@ fn frames(motion: Motion) -> Step {
         Unit::SECOND.powi(-1),
         [x_rate, y_rate, z_rate],
     ));
-    Step {
+    DerivationStep {
         motion,
         graph,
         outputs,
@@ -97,7 +97,7 @@ fn frames(motion: Motion) -> Step {
 }
 
 /// The energies of one segment and one joint in the form of the model.
-fn stated() -> Step {
+fn stated() -> DerivationStep {
     // Rules would change the order of the terms.
     let mut graph = Graph::raw();
     let g = &mut graph;
@@ -129,7 +129,7 @@ fn stated() -> Step {
         Output::scalar("spring", "", Unit::JOULE, spring),
         Output::scalar("dissipation", "", Unit::WATT, dissipation),
     ];
-    Step {
+    DerivationStep {
         motion: Motion::Spatial,
         graph,
         outputs,
@@ -142,14 +142,14 @@ pub struct Walkthrough {
     motion: Motion,
     shape: Shape,
     coordinates: Vec<String>,
-    frames: Step,
-    centres: Step,
-    stated: Step,
-    energies: Step,
-    momenta: Step,
-    mass_matrix: Step,
+    frames: DerivationStep,
+    centres: DerivationStep,
+    stated: DerivationStep,
+    energies: DerivationStep,
+    momenta: DerivationStep,
+    mass_matrix: DerivationStep,
     /// The parts of the generalised force and their sum, each with its introduction.
-    forces: [(&'static str, Step); 5],
+    forces: [(&'static str, DerivationStep); 5],
 }
 
 impl Walkthrough {
@@ -167,7 +167,7 @@ impl Walkthrough {
         let centres = centre_velocities(segments, motion, shape)?;
         let collected = |name: &str, unit: Unit, nodes: Vec<NodeId>| {
             let outputs = vec![Output::vector(name, "", unit, nodes)];
-            Step::collected(motion, &whole.graph, &whole.parameters, outputs)
+            DerivationStep::collected(motion, &whole.graph, &whole.parameters, outputs)
         };
         let angular_momentum = Unit::KILOGRAM.times(Unit::METRE.powi(2)).per(Unit::SECOND);
         let momenta = collected("p", angular_momentum, parts.momenta)?;
@@ -177,11 +177,12 @@ impl Walkthrough {
         let damping = collected("f_damping", STIFFNESS, parts.damping)?;
         let kernels = whole_kernels(segments, motion, Purpose::ReadingOf(shape))?;
         let kernels: [Kernel; NAMES.len()] = kernels.try_into().expect("one kernel for each name");
-        let [mass_matrix, force, energies] = kernels.map(|Kernel { graph, outputs, .. }| Step {
-            motion,
-            graph,
-            outputs,
-        });
+        let [mass_matrix, force, energies] =
+            kernels.map(|Kernel { graph, outputs, .. }| DerivationStep {
+                motion,
+                graph,
+                outputs,
+            });
 
         let forces = [
             (
@@ -325,7 +326,11 @@ impl Walkthrough {
 }
 
 /// `ċ_k` of each segment.
-fn centre_velocities(segments: usize, motion: Motion, shape: Shape) -> Result<Step, String> {
+fn centre_velocities(
+    segments: usize,
+    motion: Motion,
+    shape: Shape,
+) -> Result<DerivationStep, String> {
     let mut graph = Graph::new();
     let g = &mut graph;
     let parameters = Parameters::new(g, segments, shape);
@@ -344,7 +349,7 @@ fn centre_velocities(segments: usize, motion: Motion, shape: Shape) -> Result<St
         outputs.extend(components(motion, &format!("ċ_{k}_"), VELOCITY, centre));
         velocity = end;
     }
-    Step::collected(motion, &graph, &parameters, outputs)
+    DerivationStep::collected(motion, &graph, &parameters, outputs)
 }
 
 #[cfg(test)]

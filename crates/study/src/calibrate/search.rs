@@ -89,7 +89,7 @@ struct Descent {
 }
 
 /// A step that a descent tries.
-struct Step {
+struct DescentStep {
     change: DVector<f64>,
     /// Fall of the sum of squares by the linear model.
     falls: f64,
@@ -112,7 +112,12 @@ impl Descent {
     }
 
     /// Returns the next step within `limits`; none if the linear model falls by less than `least`.
-    fn step(&mut self, residuals: &DVector<f64>, limits: &[[f64; 2]], least: f64) -> Option<Step> {
+    fn step(
+        &mut self,
+        residuals: &DVector<f64>,
+        limits: &[[f64; 2]],
+        least: f64,
+    ) -> Option<DescentStep> {
         let Minimum { x, jacobian, .. } = &self.at;
         let gradient = jacobian.tr_mul(residuals);
         // A coordinate that would leave its range at an end stays there.
@@ -155,14 +160,19 @@ impl Descent {
         free.iter()
             .zip(&change)
             .for_each(|(&column, change)| whole[column] = *change);
-        Some(Step {
+        Some(DescentStep {
             change: whole,
             falls,
         })
     }
 
     /// Accepts or rejects the end of a step, with the change of the residuals.
-    fn take(&mut self, Step { change, falls }: &Step, end: Minimum, residuals: &DVector<f64>) {
+    fn take(
+        &mut self,
+        DescentStep { change, falls }: &DescentStep,
+        end: Minimum,
+        residuals: &DVector<f64>,
+    ) {
         self.steps += 1;
         let is_simulated = end.squares.is_finite();
         // The linear model of a step that was cut at the bounds may not fall.
@@ -211,7 +221,7 @@ fn advance(
         descent.is_underway = jacobian.iter().all(|derivative| derivative.is_finite());
         (descent.is_blind, descent.is_fresh, descent.at.jacobian) = (false, true, jacobian);
     }
-    let mut tried: Vec<(&mut Descent, Step)> = Vec::new();
+    let mut tried: Vec<(&mut Descent, DescentStep)> = Vec::new();
     for descent in descents.iter_mut().filter(|descent| descent.is_underway) {
         let residuals = model.residuals(&descent.at.forces);
         match descent.step(
@@ -223,7 +233,7 @@ fn advance(
             None => descent.is_underway = false,
         }
     }
-    let end = |(descent, step): &(&mut Descent, Step)| {
+    let end = |(descent, step): &(&mut Descent, DescentStep)| {
         descent
             .at
             .x

@@ -138,9 +138,9 @@ fn exact_forces_give_the_settings_from_far_away() {
 /// Forces by CasADi and CVODES, `derivations/passes.py calibration`, and the constants that they
 /// were computed with.
 #[derive(Deserialize)]
-struct Reference {
+struct ForceReference {
     cases: Vec<OfPoint>,
-    constants: Constants,
+    constants: TrueConstants,
 }
 
 #[derive(Deserialize)]
@@ -152,7 +152,7 @@ struct OfPoint {
 }
 
 #[derive(Deserialize)]
-struct Constants {
+struct TrueConstants {
     segments: usize,
     youngs_modulus_pa: f64,
     friction_coefficient: f64,
@@ -162,7 +162,7 @@ struct Constants {
 #[test]
 fn forces_of_another_code_give_its_constants() {
     let text = include_str!("../../../../tests/data/reference_calibration.json");
-    let Reference { cases, constants } = serde_json::from_str(text).expect("a reference");
+    let ForceReference { cases, constants } = serde_json::from_str(text).expect("a reference");
     assert_eq!(cases.len(), 16);
     let points = cases.iter().map(|case| {
         let reading = |value: f64| {

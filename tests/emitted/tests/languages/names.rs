@@ -8,7 +8,7 @@ use bristle_codegen::ir::unit::Unit;
 use bristle_equations::languages::SourceFile;
 use fastrand::Rng;
 
-use super::{Sample, TOLERANCE};
+use super::{FunctionSamples, TOLERANCE};
 
 /// Random states: any shows a wrong variable.
 const STATES: usize = 2;
@@ -50,7 +50,7 @@ fn kernel(number: usize, name: &str) -> Kernel {
 
 /// Functions of all accepted names: words in the code that `emit` writes, and names that
 /// intermediates would have.
-pub fn sample(emit: impl Fn(&[Kernel]) -> Result<Vec<SourceFile>, String>) -> Sample {
+pub fn sample(emit: impl Fn(&[Kernel]) -> Result<Vec<SourceFile>, String>) -> FunctionSamples {
     let files = emit(&[kernel(0, "symbol")]).expect("the name is free");
     let is_of_word = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
     let is_code = |line: &&str| !["//", "# ", "%"].iter().any(|mark| line.starts_with(mark));
@@ -86,7 +86,7 @@ pub fn sample(emit: impl Fn(&[Kernel]) -> Result<Vec<SourceFile>, String>) -> Sa
         values.push(at_point.collect());
     }
     let symbols = [&names[..1], &OTHERS, &names[1..]].concat();
-    Sample {
+    FunctionSamples {
         name: "names".into(),
         symbols: symbols.into_iter().map(str::to_owned).collect(),
         kernels,

@@ -59,13 +59,13 @@ impl ClampMotion for Approaching {
 }
 
 /// One of two filaments: its settings, its clamp, and the direction in which it starts, straight.
-struct Member {
+struct PairMember {
     filament: FilamentSettings,
     clamp: Approaching,
     start: [f64; 3],
 }
 
-impl Member {
+impl PairMember {
     /// A filament that starts in the direction of its clamp.
     fn new(filament: FilamentSettings, clamp: Approaching) -> Self {
         Self {
@@ -78,11 +78,11 @@ impl Member {
 
 /// Assembles the filaments, which press on each other with the default stiffness, without damping
 /// and friction.
-fn assembly(members: &[Member], points: usize) -> Assembly<Approaching> {
+fn assembly(members: &[PairMember], points: usize) -> Assembly<Approaching> {
     /// Tolerance in m/s.
     const TOLERANCE: f64 = 1e-7;
     let filaments = members.iter().map(
-        |Member {
+        |PairMember {
              filament, clamp, ..
          }| Filament {
             chain: chain(filament, [0.0; 3]),
@@ -101,7 +101,7 @@ fn assembly(members: &[Member], points: usize) -> Assembly<Approaching> {
         ..PressLaw::of(&Settings::paper(10.0, 1e-3))
     };
     let coordinates = |index: usize| {
-        let Member {
+        let PairMember {
             filament, start, ..
         } = &members[index];
         let [q, v, _] = PolarAxis::Z.coordinates([*start, [0.0; 3], [0.0; 3]]);
@@ -176,11 +176,11 @@ pub fn straight(trial: &mut Trial) -> Outcome {
     let (pressing, length) = (pressing(&filament), filament.length_m);
     let height = pressing.reach - OVERLAP;
     let force = |root: [f64; 3], direction: [f64; 3], points: usize| {
-        let below = Member::new(
+        let below = PairMember::new(
             filament.clone(),
             Approaching::still([0.0; 3], [1.0, 0.0, 0.0]),
         );
-        let above = Member::new(filament.clone(), Approaching::still(root, direction));
+        let above = PairMember::new(filament.clone(), Approaching::still(root, direction));
         let [_, _, force] = force_on(&assembly(&[below, above], points), 1);
         force
     };
@@ -291,7 +291,7 @@ fn pressed_force(
     };
     let reach = filament.diameter_m;
     let points = (filament.length_m / segments as f64 / PART).round() as usize;
-    let below = Member::new(
+    let below = PairMember::new(
         filament.clone(),
         Approaching::still([0.0; 3], [1.0, 0.0, 0.0]),
     );
@@ -302,11 +302,11 @@ fn pressed_force(
         way: [0.0, 0.0, -1.1 * approach],
         time: TIMES[0],
     };
-    let above = Member::new(filament.clone(), above);
+    let above = PairMember::new(filament.clone(), above);
     let (members, index) = if swapped {
         let idle = (1..9).map(|i| {
             let clamp = Approaching::still([0.0, 0.0, 0.1 * f64::from(i)], [1.0, 0.0, 0.0]);
-            Member::new(filament.clone(), clamp)
+            PairMember::new(filament.clone(), clamp)
         });
         (
             std::iter::once(above).chain(idle).chain([below]).collect(),
@@ -425,12 +425,12 @@ fn held_force(segments: usize, ratio: f64) -> Result<[f64; 2], Failure> {
     let above = (z + 1.5 * pressing.reach).atan2(x);
     let points = (soft.length_m / segments as f64 / PART).round() as usize;
     let members = [
-        Member {
+        PairMember {
             filament: soft,
             clamp: Approaching::still([0.0; 3], [1.0, 0.0, 0.0]),
             start: [above.cos(), 0.0, above.sin()],
         },
-        Member::new(stiff, Approaching::still([x, -ARM, z], [0.0, 1.0, 0.0])),
+        PairMember::new(stiff, Approaching::still([x, -ARM, z], [0.0, 1.0, 0.0])),
     ];
     let mut assembly = assembly(&members, points);
     advance(&mut assembly, 0.08, 2e-4)?;

@@ -45,7 +45,7 @@ fn impulses(result: &BrushResult) -> Vec<f64> {
 
 /// A row by another code.
 #[derive(Deserialize)]
-struct Reference {
+struct OtherRow {
     name: String,
     input: Settings,
     filaments: Vec<OfFilament>,
@@ -63,7 +63,7 @@ struct OfFilament {
 /// mean. MuJoCo takes steps of 50 ns and knows `p_n` to 2e-4, with Hertz's stiffness to 5e-3.
 pub fn mujoco(trial: &mut Trial) -> Outcome {
     const ROWS: &str = include_str!("../../../../tests/data/reference_row_mujoco.json");
-    for case in cases_of::<Reference>(ROWS)? {
+    for case in cases_of::<OtherRow>(ROWS)? {
         let of_hertz = case.name.contains("Hertz");
         let has_capsules = case.name == "capsules";
         let [of_each, of_mean] = if has_capsules {

@@ -16,13 +16,13 @@ use nalgebra::{DMatrix, DVector};
 use spec_math::cephes64::ndtri;
 
 /// Forms of a main effect, from stiff to flexible.
-const FORMS: [Basis; 6] = [
-    Basis::Polynomial(1),
-    Basis::Polynomial(2),
-    Basis::Polynomial(3),
-    Basis::Pieces(5),
-    Basis::Pieces(9),
-    Basis::Pieces(17),
+const FORMS: [MainEffectBasis; 6] = [
+    MainEffectBasis::Polynomial(1),
+    MainEffectBasis::Polynomial(2),
+    MainEffectBasis::Polynomial(3),
+    MainEffectBasis::Pieces(5),
+    MainEffectBasis::Pieces(9),
+    MainEffectBasis::Pieces(17),
 ];
 /// Number of times that each input chooses its form: first given the choices of the inputs before
 /// it, then given those of all inputs.
@@ -74,14 +74,14 @@ pub(super) fn mean_and_variance(values: &[f64]) -> (f64, f64) {
 
 /// The functions of an input that, with a constant, make up a main effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Basis {
+enum MainEffectBasis {
     /// Polynomials up to a degree.
     Polynomial(usize),
     /// Piecewise linear function whose pieces hold equal numbers of samples.
     Pieces(usize),
 }
 
-impl Basis {
+impl MainEffectBasis {
     /// Returns the functions at `x`.
     fn values(self, x: f64) -> impl Iterator<Item = f64> {
         (0..self.terms()).map(move |term| match self {
@@ -112,7 +112,7 @@ struct Fit {
 impl Fit {
     /// Fits the effects. `None` for fewer than two samples per coefficient, or samples that do not
     /// determine the coefficients.
-    fn new(points: &[Vec<f64>], outputs: &DVector<f64>, forms: &[Basis]) -> Option<Self> {
+    fn new(points: &[Vec<f64>], outputs: &DVector<f64>, forms: &[MainEffectBasis]) -> Option<Self> {
         let terms = 1 + forms.iter().map(|form| form.terms()).sum::<usize>();
         if 2 * terms > points.len() {
             return None;
@@ -134,7 +134,7 @@ impl Fit {
         let squares: f64 = (0..points.len()).map(|row| left_out(row).powi(2)).sum();
         let left_over = residuals.norm_squared() / (points.len() - terms) as f64;
         let mut first = 1;
-        let variance = |form: &Basis| {
+        let variance = |form: &MainEffectBasis| {
             let effect =
                 basis.columns(first, form.terms()) * coefficients.rows(first, form.terms());
             first += form.terms();
