@@ -1,10 +1,9 @@
-//! The checkpoint of a brush: the state from which a stopped simulation goes on, and what it
-//! belongs to.
+//! The checkpoint of a brush: the state from which a stopped simulation resumes, with its settings
+//! and program.
 //!
 //! The first line is JSON. It states the program, as the header of a
-//! [`journal`](crate::store::journal) does, the key of the settings and the SHA-256 of the state,
-//! which follows it as
-//! [postcard](https://postcard.jamesmunns.com) writes it:
+//! [`journal`](crate::store::journal) does, the key of the settings and the SHA-256 of the state.
+//! The state follows in the format of [postcard](https://postcard.jamesmunns.com):
 //!
 //! ```json
 //! {"checkpoint":"bristle brush","format":3,"version":"0.2.0","equations":"…","solver":"…","key":"…","state":"…","check":"…"}
@@ -21,24 +20,24 @@ use crate::store::journal::Key;
 use crate::store::origin::{Program, sealed, unsealed};
 
 const FORMAT: u32 = 3;
-/// What the file says it is.
+/// Kind of file that the header states.
 const KIND: &str = "bristle brush";
 
-/// What can be wrong with a checkpoint.
+/// Reasons why a checkpoint cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum CheckpointError {
-    /// It has no header.
+    /// No header.
     #[error("it is not the checkpoint of a brush")]
     Foreign,
-    /// It has another version of the format.
+    /// Another version of the format.
     #[error(
         "it comes from another version of Bristle and has format {0}; this version reads format {FORMAT}"
     )]
     Format(u32),
-    /// It belongs to other settings, another number of frames, or another build.
+    /// Other settings, another number of frames, or another build.
     #[error("it belongs to another simulation or build")]
     Other,
-    /// Its state has changed since it was written.
+    /// A state that has changed since it was written.
     #[error("it is damaged")]
     Damaged,
 }
@@ -50,26 +49,26 @@ struct Header {
     format: u32,
     #[serde(flatten)]
     program: Program,
-    /// That of the settings and of the number of frames, which are part of the state.
+    /// Digest of the settings and of the number of frames, which are part of the state.
     key: String,
     /// SHA-256 of the state.
     state: String,
 }
 
-/// The bytes of a state, which keep every bit of it.
+/// Returns the bytes of a state, which keep every bit of it.
 #[must_use]
 pub fn state_bytes(state: &Checkpoint) -> Vec<u8> {
     postcard::to_stdvec(state).expect("memory takes all that is written")
 }
 
-/// The state of which [`state_bytes`] gave these `bytes`; `None` if they are others.
+/// Returns the state that [`state_bytes`] turned into these `bytes`; `None` if they are damaged.
 #[must_use]
 pub fn state_of(bytes: &[u8]) -> Option<Checkpoint> {
     let (state, rest) = postcard::take_from_bytes(bytes).ok()?;
     rest.is_empty().then_some(state)
 }
 
-/// The bytes of the file with this `state`.
+/// Returns the bytes of the file with this `state`.
 #[must_use]
 pub fn write_checkpoint(settings: &Settings, frames: usize, state: &Checkpoint) -> Vec<u8> {
     let state = state_bytes(state);
@@ -92,8 +91,8 @@ fn key_of(settings: &Settings, frames: usize) -> String {
     Key::of(&format!("{frames} frames"), settings).to_string()
 }
 
-/// The state in a checkpoint of a brush with these settings and this number of frames, simulated by
-/// this build of Bristle.
+/// Reads the checkpoint of a brush with these settings and this number of frames, simulated by this
+/// build of Bristle.
 ///
 /// # Errors
 /// If it is not a checkpoint, belongs to another simulation or another build, or is damaged.
@@ -102,7 +101,7 @@ pub fn read_checkpoint(
     frames: usize,
     bytes: &[u8],
 ) -> Result<Checkpoint, CheckpointError> {
-    /// What is read of any format.
+    /// Keys that every format has.
     #[derive(Deserialize)]
     struct Beginning {
         checkpoint: String,
@@ -143,8 +142,8 @@ mod tests {
 
     use super::*;
 
-    /// A brush on its way: three rows in space that touch each other and the workpiece, of which
-    /// frames are taken.
+    /// Returns a running brush with frames: three rows in space that touch each other and the
+    /// workpiece.
     fn run() -> (Settings, BrushRun) {
         let mut settings = Settings::paper(10.0, 1e-3);
         settings.filament.segments = 3;
@@ -217,7 +216,7 @@ mod tests {
                 "{cut}"
             );
         }
-        // A state that is cut off, or longer, is refused even if its digest fits.
+        // A state that is too short or too long is refused even if its digest fits.
         let state = &state[1..];
         assert!(state_of(state).is_some());
         for other in [&state[..state.len() - 1], &[state, b"\0"].concat(), b""] {

@@ -10,10 +10,10 @@ use tracing::{debug, warn};
 use crate::store::journal_file::JournalFileError;
 use crate::store::staged::FileError;
 
-/// The error of a file server that has no locks: Linux and macOS number it otherwise.
+/// Error number of a file server without locks, on macOS and Linux.
 const NO_LOCKS: i32 = if cfg!(target_os = "macos") { 77 } else { 37 };
 
-/// `true` if the file system does not support what was asked for, as on NFS and FUSE.
+/// Returns `true` if the file system lacks the requested function, as NFS and FUSE may.
 fn is_unsupported(error: &io::Error) -> bool {
     matches!(
         error.kind(),
@@ -44,7 +44,7 @@ pub(crate) fn lock(file: &File, path: &Path, directory: &Path) -> Result<(), Jou
     }
 }
 
-/// The outcome of a sync to disk. A file system that has none writes at its own pace.
+/// Returns the outcome of a sync to disk. A file system without syncs writes at its own pace.
 ///
 /// # Errors
 /// If the disk failed.

@@ -1,14 +1,12 @@
-//! The journal of a directory: results so far as lines of text, from which a stopped command
-//! resumes.
+//! The journal of a directory: results as lines of text, from which a stopped command resumes.
 //!
 //! This module turns results into lines and lines into results. The caller stores the lines and
-//! appends each when its result is there. Nothing is ever changed in place, so a crash can damage
-//! only the end. Cases that another machine has simulated come from it as such a journal, too.
+//! appends each when its result arrives. Nothing changes in place, so a crash can damage only the
+//! end. Cases that another machine has simulated arrive as such a journal, too.
 //!
-//! Every line is a JSON object. The first is the header, which states the program. Each of the
-//! others is a result under the [`Key`] of what it is the result of, whatever command asked for it:
-//! a command finds the results that it needs, and a study that changes keeps those of the cases
-//! that stay.
+//! Every line is a JSON object. The first is the header, which states the program. Each other line
+//! is a result under its [`Key`], whatever command asked for it. A command finds the results that
+//! it needs; a changed study keeps the results of its unchanged cases.
 //!
 //! ```json
 //! {"key":"4c1f…","metrics":{"contact_time_s":0.001,…},"turn_contact_normal_impulses_n_s":[0.002],"statistics":{"steps":80,…},"chart_changes":0,"check":"93b1f4b01ae5e0d7"}
@@ -17,11 +15,11 @@
 //! ```
 //!
 //! Where filaments scatter, `scatter` has the distribution of the tool force, in addition to
-//! `metrics`; where they touch each other, `brush` has what interaction changes; where the case was
-//! checked, `change_when_checked` has what that changed. `check` has the first 16 digits of the
+//! `metrics`. Where filaments touch each other, `brush` has the effects of interaction. Where the
+//! case was checked, `change_when_checked` has the change. `check` has the first 16 digits of the
 //! SHA-256 of the header's check and of the line before `check`. It reveals a line that is damaged
-//! or comes from another program. Numbers are written with digits that read back as the same `f64`:
-//! the results of a resumed study equal those of an uninterrupted one to the bit.
+//! or comes from another program. Numbers have digits that read back as the same `f64`: the results
+//! of a resumed study equal those of an uninterrupted one to the bit.
 
 use std::collections::HashMap;
 use std::fmt::{self, Display, Formatter};
@@ -66,42 +64,42 @@ static SEED: LazyLock<&str> = LazyLock::new(|| {
     &HEADER[end - CHECK_DIGITS..end]
 });
 
-/// Beginning of every header, whatever its format. Format 1 named the study.
+/// Beginning of every header of any format. Format 1 named the study.
 const BEGINNING: &str = r#"{"journal":"bristle"#;
 const FORMAT_KEY: &str = r#"","format":"#;
-/// A longer line was not written by this program.
+/// Maximum length of a line that this program writes.
 const MAX_LINE_BYTES: usize = 64 << 20;
 
 /// Reasons why a journal cannot be read.
 #[derive(Debug, Error)]
 pub enum JournalError {
-    /// It has no header.
+    /// No header.
     #[error("it is not a journal of Bristle")]
     Foreign,
-    /// Its header has another version of the format.
+    /// A header of another version of the format.
     #[error(
         "another version of Bristle wrote it, in format {0}; this version writes format {FORMAT}"
     )]
     Format(u64),
-    /// Its results come from another build: the differences, one sentence each.
+    /// Results of another build: the differences, one sentence each.
     #[error("another build of Bristle wrote it:{}", listed(.0))]
     Other(Vec<String>),
-    /// A line, counted from 1, is damaged, and not because its writing was interrupted: valid lines
-    /// follow it.
+    /// A line, counted from 1, is damaged. Valid lines follow it, so its writing was not
+    /// interrupted.
     #[error("line {0} is damaged")]
     Damaged(u64),
-    /// It cannot be read.
+    /// A read error.
     #[error(transparent)]
     Unreadable(#[from] io::Error),
 }
 
-/// Identifies a result: digest of what it is the result of.
+/// Key of a result: digest of its kind and its settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Key(u128);
 
 impl Key {
-    /// The key of a simulation with these settings. `kind` tells different results of the same
-    /// settings apart.
+    /// Returns the key of a simulation with these settings. `kind` distinguishes results of equal
+    /// settings.
     #[must_use]
     pub fn of(kind: &str, settings: &Settings) -> Self {
         let text = serde_json::to_string(settings).expect("all keys are texts");
@@ -127,12 +125,10 @@ impl FromStr for Key {
 /// Length of a journal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Length {
-    /// Length in bytes of the intact part. After a crash, the journal is cut to this length before
-    /// lines are appended.
-    ///
-    /// Zero if there is no header yet.
+    /// Length in bytes of the intact part; zero without a header. After a crash, the journal is cut
+    /// to this length before lines are appended.
     pub intact: u64,
-    /// Length in bytes of the rest. Its writing was interrupted.
+    /// Length in bytes of the rest, whose writing was interrupted.
     pub torn: u64,
 }
 
@@ -145,7 +141,7 @@ struct Header {
     program: Program,
 }
 
-/// Any other line.
+/// Any line after the header.
 #[derive(Serialize)]
 struct Line<'a, T> {
     key: String,
@@ -153,19 +149,19 @@ struct Line<'a, T> {
     result: &'a T,
 }
 
-/// Key of a line, whatever its result.
+/// Key of a line with any result.
 #[derive(Deserialize)]
 struct Keyed<'l> {
     key: &'l str,
 }
 
-/// The first line, with its newline.
+/// Returns the first line, with its newline.
 #[must_use]
 pub fn header() -> &'static str {
     &HEADER
 }
 
-/// The line of a result, with its newline.
+/// Returns the line of a result, with its newline.
 #[must_use]
 pub fn line(key: Key, result: &impl Serialize) -> String {
     sealed(
@@ -179,12 +175,12 @@ pub fn line(key: Key, result: &impl Serialize) -> String {
 
 /// Reads a journal from its beginning, and passes the key and the text of each line to `take`.
 ///
-/// A damaged end was being written when the program or the machine stopped. It is left out, and
+/// Leaves out a damaged end, which was being written when the program or the machine stopped.
 /// [`Length::torn`] has its length.
 ///
 /// # Errors
-/// If it is not a journal, comes from another build, or is damaged before its end. Some lines may
-/// have been passed on by then.
+/// If it is not a journal, comes from another build, or is damaged before its end. `take` may have
+/// received some lines by then.
 pub fn read(
     mut input: impl BufRead,
     mut take: impl FnMut(Key, &str),
@@ -226,8 +222,8 @@ pub fn read(
     Ok(contents)
 }
 
-/// Reads a line with its newline and returns its length. If the line is too long, only its
-/// beginning is kept.
+/// Reads a line with its newline and returns its length. Keeps only the beginning of a line that is
+/// too long.
 fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<u64> {
     line.clear();
     let mut length = 0;
@@ -248,7 +244,7 @@ fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<u64> {
     }
 }
 
-/// The reason why a first line is not the header of this program.
+/// Returns the reason why a first line is not the header of this program.
 fn unlike(line: &[u8]) -> JournalError {
     let text = str::from_utf8(line).ok();
     let Some(rest) = text.and_then(|line| line.strip_prefix(BEGINNING)) else {
@@ -269,11 +265,11 @@ fn unlike(line: &[u8]) -> JournalError {
     }
 }
 
-/// The keys of the cases of a study, by which its results are written and found.
+/// Keys of the cases of a study.
 #[derive(Clone, Debug)]
 pub struct StudyKeys {
     keys: Vec<Key>,
-    /// The cases of each key: several if cases have the same settings.
+    /// The cases of each key: several if cases have equal settings.
     cases: HashMap<Key, Vec<usize>>,
     /// `true` if only results that were checked count.
     checks: bool,
@@ -296,7 +292,7 @@ enum Outcome<S> {
 }
 
 impl StudyKeys {
-    /// The keys of all cases.
+    /// Returns the keys of all cases.
     #[must_use]
     pub fn new(study: &Study) -> Self {
         let keys: Vec<Key> = (0..study.case_count())
@@ -313,7 +309,7 @@ impl StudyKeys {
         }
     }
 
-    /// The line of a case, counted from 0, with its newline.
+    /// Returns the line of a case, counted from 0, with its newline.
     #[must_use]
     pub fn line(&self, case: usize, result: &CaseResult) -> String {
         let outcome = match result {
@@ -328,8 +324,9 @@ impl StudyKeys {
         line(self.keys[case], &outcome)
     }
 
-    /// The cases, counted from 0, whose result a line has, and that result; `None` if it is that of
-    /// anything else. A case that has to be checked, and was not, is simulated again.
+    /// Returns the cases, counted from 0, whose result a line has, and that result; `None` if the
+    /// line has no result of the study. A case that needs a check, and was not checked, is
+    /// simulated again.
     #[must_use]
     pub fn result_of(&self, key: Key, line: &str) -> Option<(&[usize], CaseResult)> {
         let cases = self.cases.get(&key)?;
@@ -363,7 +360,7 @@ impl StudyKeys {
         Ok((results, length))
     }
 
-    /// Takes the result of a line.
+    /// Stores the result of a line in `results`.
     pub fn take(&self, key: Key, line: &str, results: &mut [Option<CaseResult>]) {
         if let Some((cases, result)) = self.result_of(key, line) {
             for &case in cases {
@@ -412,7 +409,7 @@ mod tests {
         header().to_owned() + &lines.collect::<String>()
     }
 
-    /// The keys of the study of [`FILE`], and the text of its journal with all results.
+    /// Returns the keys of the study of [`FILE`], and the text of its journal with all results.
     fn whole() -> (StudyKeys, String) {
         let study = study(FILE);
         let keys = StudyKeys::new(&study);
@@ -420,7 +417,7 @@ mod tests {
         (keys, text)
     }
 
-    /// The header with a `change`, sealed anew.
+    /// Returns the header with a `change` and a new check.
     fn resealed(change: impl FnOnce(&mut Value)) -> String {
         let line = header().split_once(",\"check\"").expect("a check").0;
         let mut header: Value = serde_json::from_str(&format!("{line}}}")).expect("JSON");
@@ -544,7 +541,7 @@ mod tests {
         ] {
             assert!(matches!(read(text), Err(JournalError::Foreign)), "{text:?}");
         }
-        // That of version 0.2, too.
+        // Version 0.2, too.
         for (from, to, format) in [
             ("\"format\":2", "\"format\":27", 27),
             (

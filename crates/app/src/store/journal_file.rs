@@ -1,8 +1,8 @@
 //! The journal file of a directory: locked, read, appended to, and synced to disk.
 //!
-//! The operating system has the line of a case before the next case of its lane starts, so a killed
+//! The operating system has the line of a case before the next case of its lane starts. A killed
 //! program loses only the cases in progress. A separate thread syncs the lines to disk, many at a
-//! time: waiting for the disk after each case would take longer than simulating it.
+//! time. Waiting for the disk after each case would take longer than simulating it.
 
 use std::convert::Infallible;
 use std::fs::{File, OpenOptions};
@@ -28,13 +28,13 @@ pub const JOURNAL: &str = "journal.jsonl";
 
 /// Time between two syncs to disk, long enough not to slow the study. A loss of power can cost the
 /// cases of this time, in addition to those in progress.
-const PAUSE: Duration = Duration::from_millis(100);
+const SYNC_INTERVAL: Duration = Duration::from_millis(100);
 
-/// Why a command cannot resume from the journal in its directory, or cannot start a new one.
+/// Reasons why a command cannot use the journal in its directory.
 #[derive(Debug, Error)]
 pub enum JournalFileError {
-    /// Another process has the lock, the journal is another one, or the thread that syncs to disk
-    /// cannot be started, in words.
+    /// Another process has the lock, the journal is another one, or the thread for syncs cannot be
+    /// started, in words.
     #[error("{0}")]
     Refused(String),
     /// The file cannot be opened, read or written.
@@ -65,10 +65,10 @@ struct Written {
     length: u64,
     /// Number of results that this process has appended.
     appended: usize,
-    /// Whether lines were appended since the last sync.
+    /// `true` if lines were appended since the last sync.
     fresh: bool,
     closing: bool,
-    /// The first error. Nothing is written after it.
+    /// The first error, after which nothing is written.
     error: Option<io::Error>,
 }
 
@@ -83,12 +83,12 @@ pub struct Opened {
 
 impl JournalFile {
     /// Opens the journal in a directory, and passes the key and the text of each line to `take`.
-    /// Starts a new one if there is none, or if `restart` is set. One of another build goes to
-    /// `previous`.
+    /// Starts a new one if there is none, or if `restart` is set. Moves a journal of another build
+    /// to `previous`.
     ///
     /// # Errors
-    /// If another process writes there, the file is no journal, is damaged before its end, or cannot
-    /// be read or written.
+    /// If another process writes there, the file is no journal, is damaged before its end, or
+    /// cannot be read or written.
     pub fn open(
         directory: &Path,
         restart: bool,
@@ -177,8 +177,8 @@ impl JournalFile {
         Ok((Self { shared, syncing }, Opened { torn, discarded }))
     }
 
-    /// Passes the key and the text of each line of the journal in a directory to `take`, and leaves
-    /// it as it is.
+    /// Passes the key and the text of each line of the journal in a directory to `take`. The
+    /// journal stays unchanged.
     ///
     /// # Errors
     /// If there is no journal of this build that can be read.
@@ -198,7 +198,7 @@ impl JournalFile {
         }
     }
 
-    /// Appends a line. Appends nothing after an error; [`Self::settle`] returns that error.
+    /// Appends a line, but nothing after an error; [`Self::settle`] returns that error.
     pub fn append(&self, line: &str) -> ControlFlow<()> {
         let mut state = self.shared.state();
         if state.error.is_none() {
@@ -235,16 +235,16 @@ impl JournalFile {
         }
     }
 
-    /// The number of lines that this process has appended.
+    /// Returns the number of lines that this process has appended.
     pub fn appended(&self) -> usize {
         self.shared.state().appended
     }
 
-    /// A function that waits until the line in progress is complete, then calls `end` with the
-    /// number of lines that this process has appended.
+    /// Returns a function that waits until the line in progress is complete. It then calls `end`
+    /// with the number of lines that this process has appended.
     ///
-    /// It is meant for a signal that ends the program: `end` does not return, and no further line
-    /// is started.
+    /// Its use is a signal that ends the program: `end` does not return, and no further line is
+    /// started.
     pub fn stopper(
         &self,
         end: impl Fn(usize) -> Infallible + Send + 'static,
@@ -257,7 +257,7 @@ impl JournalFile {
     }
 }
 
-/// Opens the file, which no other process has open.
+/// Opens and locks the file.
 fn open_locked(path: &Path, directory: &Path) -> Result<File, JournalFileError> {
     let opened = OpenOptions::new()
         .read(true)
@@ -280,7 +280,7 @@ fn refused(path: &Path, error: &JournalError, advice: &str) -> JournalFileError 
 /// Ends the thread, and with it the lock.
 impl Drop for JournalFile {
     fn drop(&mut self) {
-        // Whoever needs to know of an error has settled before.
+        // The caller has settled before if an error matters.
         let _ = self.settle();
     }
 }
@@ -307,7 +307,7 @@ impl Shared {
                 state.error.get_or_insert(error);
             }
             self.changed
-                .wait_while_for(&mut state, |state| !state.closing, PAUSE);
+                .wait_while_for(&mut state, |state| !state.closing, SYNC_INTERVAL);
         }
     }
 }
@@ -324,7 +324,7 @@ impl Written {
             return Err(error);
         }
         self.length = header.len() as u64;
-        // Not every system supports this, and those that don't support it don't need it.
+        // Not every system supports this; the others do not need it.
         if let Ok(directory) = File::open(directory) {
             let _ = directory.sync_all();
         }

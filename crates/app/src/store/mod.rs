@@ -1,9 +1,9 @@
-//! What Bristle keeps.
+//! Storage of results and states.
 //!
-//! As text: results as they arrive, from which a stopped command resumes ([`journal`]), the state of
-//! a stopped brush ([`checkpoint`]), and saved results ([`results`]). On disk: files that appear
+//! As text: results as they arrive, from which a stopped command resumes ([`journal`]), the state
+//! of a stopped brush ([`checkpoint`]), and saved results ([`results`]). On disk: files that appear
 //! whole or not at all ([`staged`]), the journal ([`journal_file`]), the results of a study
-//! ([`study_files`]), and earlier ones that gave way to them ([`previous`]).
+//! ([`study_files`]), and earlier results that they replace ([`previous`]).
 
 pub mod checkpoint;
 pub mod digest;

@@ -1,4 +1,4 @@
-//! The program that a file of a stopped run belongs to, and lines of text that carry a check.
+//! The program that a file of a stopped run belongs to, and lines of text with a check.
 
 use bristle::equations::FINGERPRINT;
 use bristle_study::text::shortened;
@@ -8,10 +8,10 @@ use crate::store::digest::digest;
 
 /// Digits of a check: 64 bits let one damaged line in 10¹⁹ pass.
 pub(crate) const CHECK_DIGITS: usize = 16;
-/// The largest number of differences that an error lists.
+/// Maximum number of differences that an error lists.
 const MAX_DIFFERENCES: usize = 6;
 
-/// Differences as lines of an error.
+/// Returns differences as lines of an error.
 pub(crate) fn listed(differences: &[String]) -> String {
     let mut text: String = differences
         .iter()
@@ -24,7 +24,7 @@ pub(crate) fn listed(differences: &[String]) -> String {
     text
 }
 
-/// An object as a line that ends with its check.
+/// Returns an object as a line that ends with its check.
 pub(crate) fn sealed(seed: &str, object: &impl Serialize) -> String {
     let mut line = serde_json::to_string(object).expect("all keys are texts");
     // The check becomes the last key.
@@ -33,7 +33,7 @@ pub(crate) fn sealed(seed: &str, object: &impl Serialize) -> String {
     line + r#","check":""# + &check + "\"}\n"
 }
 
-/// The object of a line; `None` if its check is wrong.
+/// Returns the object of a line; `None` if its check is wrong.
 pub(crate) fn unsealed<'l, T: Deserialize<'l>>(seed: &str, line: &'l str) -> Option<T> {
     let (object, check_here) = line.strip_suffix("\"}\n")?.rsplit_once(r#","check":""#)?;
     if check_here != check(seed, object) {
@@ -60,7 +60,7 @@ pub(crate) struct Program {
 }
 
 impl Program {
-    /// This one, by the hash of its solver.
+    /// Returns this program, with the hash of its `solver`.
     pub(crate) fn here(solver: &str) -> Self {
         let [version, equations, solver] =
             [env!("CARGO_PKG_VERSION"), FINGERPRINT, solver].map(str::to_owned);
@@ -71,7 +71,7 @@ impl Program {
         }
     }
 
-    /// Its differences from the one `here`, in words.
+    /// Returns the differences from the program `here`, in words.
     pub(crate) fn differences(&self, here: &Self) -> Vec<String> {
         let programs = [
             ("version", &self.version, &here.version),

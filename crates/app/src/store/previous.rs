@@ -1,4 +1,4 @@
-//! Results of an earlier command, which give way to others in the same directory and are kept.
+//! Results of an earlier command, which are kept when others replace them in a directory.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -9,7 +9,7 @@ use crate::store::staged::FileError;
 /// Name of the subdirectory; further ones have a number.
 const PREVIOUS: &str = "previous";
 
-/// A subdirectory for results that give way to others. It is made once something is kept.
+/// A subdirectory for replaced results, created when the first file is kept.
 #[derive(Debug)]
 pub struct Previous {
     directory: PathBuf,
@@ -17,7 +17,7 @@ pub struct Previous {
 }
 
 impl Previous {
-    /// Creates that of a directory of results.
+    /// Returns the subdirectory of a directory of results.
     #[must_use]
     pub fn of(directory: &Path) -> Self {
         Self {
@@ -26,7 +26,7 @@ impl Previous {
         }
     }
 
-    /// Moves a file, or a directory of files, there. What does not exist is left out.
+    /// Moves a file, or a directory of files, there. A missing file is left out.
     ///
     /// # Errors
     /// If it cannot be moved.
@@ -39,13 +39,13 @@ impl Previous {
         fs::rename(&path, &place).map_err(|error| FileError::new("move", &path, error))
     }
 
-    /// Where things are kept; `None` if nothing is.
+    /// Returns the place of kept files; `None` if there are none.
     #[must_use]
     pub fn path(&self) -> Option<&Path> {
         self.place.as_deref()
     }
 
-    /// The subdirectory, with the first name that is free.
+    /// Returns the subdirectory, with the first free name.
     fn place(&mut self) -> Result<&Path, FileError> {
         if self.place.is_none() {
             for number in 1.. {

@@ -18,13 +18,12 @@ use tempfile::{Builder, NamedTempFile, TempPath};
 use thiserror::Error;
 use tracing::debug;
 
-/// Longest reason for which a file cannot be read or written, in characters. It may state the path
-/// again.
-const LONGEST_REASON: usize = 200;
+/// Maximum length of the reason for a file error, in characters. The reason may repeat the path.
+const MAX_REASON_CHARS: usize = 200;
 
 /// A file or directory that cannot be read or written.
 #[derive(Debug, Error)]
-#[error("cannot {action} `{}`: {}", shown_path(path), shown(&source.to_string(), LONGEST_REASON))]
+#[error("cannot {action} `{}`: {}", shown_path(path), shown(&source.to_string(), MAX_REASON_CHARS))]
 pub struct FileError {
     action: &'static str,
     path: PathBuf,
@@ -32,7 +31,7 @@ pub struct FileError {
 }
 
 impl FileError {
-    /// That of an `action`, such as `read`, on a path.
+    /// Creates the error of an `action`, such as `read`, on a path.
     pub fn new(action: &'static str, path: &Path, source: io::Error) -> Self {
         Self {
             action,
@@ -41,43 +40,42 @@ impl FileError {
         }
     }
 
-    /// The kind of error.
+    /// Returns the kind of error.
     pub fn kind(&self) -> io::ErrorKind {
         self.source.kind()
     }
 }
 
-/// Why an input file cannot be used.
+/// Reasons why an input file cannot be used.
 #[derive(Debug, Error)]
 pub enum DocumentError {
-    /// It, or a table that it names, cannot be read.
+    /// The file, or a table that it names, cannot be read.
     #[error(transparent)]
     File(#[from] FileError),
-    /// It states something wrong.
+    /// The file states something wrong.
     #[error(transparent)]
     Input(#[from] InputError),
-    /// A table that it names has something wrong.
+    /// A table that the file names has something wrong.
     #[error(transparent)]
     Data(#[from] DataError),
 }
 
-/// A longer file of settings, or of a state, is regarded as a mistake. Its tree takes some 80 times
-/// as much memory.
+/// Maximum size of a file of settings, or of a state. A longer file is regarded as a mistake; its
+/// tree takes some 80 times as much memory.
 const MAX_INPUT_BYTES: u64 = 4 << 20;
 
-/// A longer table of measured forces is regarded as a mistake: a million points with four numbers
-/// each fit.
+/// Maximum size of a table of measured forces. A longer one is regarded as a mistake: a million
+/// points with four numbers each fit.
 const MAX_TABLE_BYTES: u64 = 64 << 20;
 
-/// A longer result file cannot be one of ours: a study has at most a million cases, and a row has
-/// some 300 bytes.
+/// Maximum size of a result file: a study has at most a million cases, and a row has some 300
+/// bytes.
 const MAX_RESULT_BYTES: u64 = 1 << 30;
 
-/// A longer state of a brush cannot be one of ours: a filament has some 20 kB, and its frames as
-/// much.
+/// Maximum size of the state of a brush: a filament has some 20 kB, and its frames as much.
 const MAX_STATE_BYTES: u64 = 8 << 30;
 
-/// Reads a file of settings, or of a state.
+/// Reads a file of settings, or of a state of the equations.
 ///
 /// # Errors
 /// If it cannot be read, is too long, or is not text.
@@ -97,8 +95,8 @@ pub fn read_stdin() -> Result<String, FileError> {
         .map_err(|error| FileError::new("read", path, error))
 }
 
-/// Reads the text of the input file at `path`, called `name` in errors, and `options` that add to
-/// it, with the control points that it takes from another file.
+/// Reads the text of the input file at `path`, called `name` in errors, with `options` added.
+/// Control points may come from another file.
 ///
 /// # Errors
 /// If a file cannot be read, or states something wrong.
@@ -125,11 +123,11 @@ pub fn read_table(path: &Path) -> Result<String, FileError> {
     read_as(path, MAX_TABLE_BYTES, as_table)
 }
 
-/// The characters of the bytes from 0x80 to 0x9F in Windows-1252; bytes without one are themselves.
+/// Characters of the bytes from 0x80 to 0x9F in Windows-1252; bytes without one are themselves.
 const WINDOWS_1252: &str = "€\u{81}‚ƒ„…†‡ˆ‰Š‹Œ\u{8d}Ž\u{8f}\u{90}‘’“”•–—˜™š›œ\u{9d}žŸ";
 
-/// The text of a table as spreadsheets export it: in UTF-8, in UTF-16 with a byte order mark, or in
-/// Windows-1252, which contains Latin-1.
+/// Returns the text of a table as spreadsheets export it: in UTF-8, in UTF-16 with a byte order
+/// mark, or in Windows-1252, which contains Latin-1.
 fn as_table(bytes: Vec<u8>) -> io::Result<String> {
     let utf_16 = |unit: fn([u8; 2]) -> u16| {
         let (pairs, rest) = bytes[2..].as_chunks::<2>();
@@ -172,7 +170,7 @@ pub fn read_results(path: &Path) -> Result<String, FileError> {
     read_as(path, MAX_RESULT_BYTES, as_text)
 }
 
-/// Reads a file of another kind, if it has at most so many bytes.
+/// Reads a file of another kind with at most `limit` bytes.
 ///
 /// # Errors
 /// If it cannot be read, is longer, or is not text.
@@ -188,7 +186,7 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
     read_as(path, MAX_STATE_BYTES, Ok)
 }
 
-/// Reads a file of at most `limit` bytes, which `content` makes something of.
+/// Reads a file of at most `limit` bytes, which `content` converts.
 fn read_as<T>(
     path: &Path,
     limit: u64,
@@ -226,8 +224,8 @@ fn read_up_to(source: impl Read, limit: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// An error if a path is neither a regular file nor an input that the caller of the program has
-/// opened: reading a pipe by its name would wait for a writer, and a device may have no end.
+/// Returns an error if a path is neither a regular file nor an input that the caller of the program
+/// has opened. Reading a pipe by its name would wait for a writer, and a device may have no end.
 fn check_source(path: &Path) -> io::Result<()> {
     let is_open = ["/dev/stdin", "/dev/fd", "/proc/self/fd"]
         .iter()
@@ -244,7 +242,7 @@ fn check_source(path: &Path) -> io::Result<()> {
 /// Creates a directory if it does not exist, and checks that files can be created in it.
 ///
 /// # Errors
-/// If that is not so.
+/// If the directory cannot be created, or no file in it.
 pub fn prepare_directory(path: &Path) -> Result<(), FileError> {
     fs::create_dir_all(path)
         .map_err(|error| FileError::new("create the directory", path, error))?;
@@ -253,7 +251,7 @@ pub fn prepare_directory(path: &Path) -> Result<(), FileError> {
         .map_err(|error| FileError::new("write to the directory", path, error))
 }
 
-/// Name of the file by which a directory is tried.
+/// Name of the file that tests a directory.
 const PROBE: &str = "probe";
 
 /// A directory that this process writes to, until it is dropped.
@@ -268,16 +266,16 @@ pub struct Occupied {
 /// command writes to it.
 pub type Written<'a> = (&'a str, &'a dyn Fn(&str) -> bool);
 
-/// Announces that this process writes to a directory, and checks that nothing is in the way of what
-/// is `written`. If no other process writes there, removes temporary files of these files that a
-/// killed process has left behind.
+/// Announces that this process writes to a directory, and checks that nothing is in the way of the
+/// `written` files. If no other process writes there, removes temporary versions of these files
+/// that a killed process has left behind.
 ///
 /// The announcement is a lock on the directory, which the operating system releases when the
 /// process ends, however it ends. Where directories cannot be locked, leftovers stay, as they may
 /// belong to a running process.
 ///
 /// # Errors
-/// If a link or anything else than a regular file is in the place of a file, or a link in that of a
+/// If anything but a regular file is in the place of a file, or a link in the place of a
 /// subdirectory.
 pub fn occupy(directory: &Path, written: &[Written<'_>]) -> Result<Occupied, FileError> {
     for (subdirectory, ours) in written {
@@ -311,15 +309,15 @@ pub fn occupy(directory: &Path, written: &[Written<'_>]) -> Result<Occupied, Fil
     })
 }
 
-/// The entries of a directory that can be seen.
+/// Returns the entries of a directory that can be read.
 fn entries(path: &Path) -> impl Iterator<Item = DirEntry> {
     fs::read_dir(path).into_iter().flatten().flatten()
 }
 
-/// Removes temporary files of those files whose names are `ours`. No other process may be writing
+/// Removes the temporary versions of files whose names are `ours`. No other process may be writing
 /// them.
 fn remove_leftovers(path: &Path, ours: impl Fn(&str) -> bool) {
-    // A leftover that cannot be seen or removed does no harm.
+    // A leftover that cannot be read or removed does no harm.
     for entry in entries(path) {
         let file = entry.file_name();
         let is_leftover = file.to_str().and_then(final_name).is_some_and(&ours);
@@ -329,15 +327,15 @@ fn remove_leftovers(path: &Path, ours: impl Fn(&str) -> bool) {
     }
 }
 
-/// The final name that a temporary file was meant to get.
+/// Returns the final name of a temporary file.
 fn final_name(temporary: &str) -> Option<&str> {
     let (name, random) = temporary.strip_prefix('.')?.rsplit_once(SUFFIX)?;
     let is_random =
-        random.len() == RANDOM && random.bytes().all(|byte| byte.is_ascii_alphanumeric());
+        random.len() == RANDOM_CHARS && random.bytes().all(|byte| byte.is_ascii_alphanumeric());
     is_random.then_some(name)
 }
 
-/// Removes a file of earlier results, if it exists, as it would be mistaken for a new one.
+/// Removes an earlier result file, if it exists: it would be mistaken for a new one.
 ///
 /// # Errors
 /// If it exists and cannot be removed.
@@ -350,11 +348,11 @@ pub fn remove(path: &Path) -> Result<(), FileError> {
     }
 }
 
-/// What is wrong with a link in the place of results.
+/// Error for a link in the place of results.
 const LINK: &str =
     "it is a symbolic link, which may lead anywhere; remove it, or choose another place";
 
-/// An error if a target exists and is not a regular file. Links are not followed.
+/// Returns an error if a target exists and is not a regular file. Links are not followed.
 fn check_target(target: &Path) -> Result<(), FileError> {
     let problem = match fs::symlink_metadata(target) {
         Ok(metadata) if metadata.is_symlink() => LINK,
@@ -364,7 +362,7 @@ fn check_target(target: &Path) -> Result<(), FileError> {
     Err(FileError::new("write", target, io::Error::other(problem)))
 }
 
-/// The directory of a file.
+/// Returns the directory of a file.
 pub fn directory_of(file: &Path) -> &Path {
     match file.parent() {
         Some(parent) if parent != Path::new("") => parent,
@@ -375,10 +373,10 @@ pub fn directory_of(file: &Path) -> &Path {
 /// A file under a temporary name in the directory of its target, until [`StagedFile::commit`]
 /// renames it.
 ///
-/// If it is dropped before that, it is deleted and the target stays as it was.
+/// If it is dropped before that, it is deleted and the target stays unchanged.
 #[derive(Debug)]
 pub struct StagedFile {
-    /// Closed, so that more of them can exist than a process may have open.
+    /// Closed, so that the number of staged files is not limited by the number of open files.
     file: TempPath,
     target: PathBuf,
 }
@@ -436,10 +434,10 @@ impl StagedFile {
         Self::write(directory.join(name), |out| out.write_all(&content))
     }
 
-    /// Gives the file its final name unless there is one, and returns the path.
+    /// Gives the file its final name unless that name is taken, and returns the path.
     ///
     /// # Errors
-    /// If that is not possible; [`io::ErrorKind::AlreadyExists`] if there is a file of that name.
+    /// If that is not possible; [`io::ErrorKind::AlreadyExists`] if the name is taken.
     pub fn commit_new(self) -> Result<PathBuf, FileError> {
         let Self { file, target } = self;
         file.persist_noclobber(&target)
@@ -461,17 +459,17 @@ impl StagedFile {
 
 /// Separates the name of a file from the random characters of its temporary name.
 const SUFFIX: &str = ".bristle-";
-/// The number of these random characters.
-const RANDOM: usize = 6;
+/// Number of random characters in a temporary name.
+const RANDOM_CHARS: usize = 6;
 
-/// A temporary file with the permissions that the user's settings give to new files, which it keeps
-/// under its final name.
+/// Creates a temporary file with the permissions that the user's settings give to new files. The
+/// file keeps them under its final name.
 fn temporary_file(directory: &Path, name: &OsStr) -> io::Result<NamedTempFile> {
     let prefix: OsString = [OsStr::new("."), name, OsStr::new(SUFFIX)]
         .into_iter()
         .collect();
     let mut builder = Builder::new();
-    builder.prefix(&prefix).rand_bytes(RANDOM);
+    builder.prefix(&prefix).rand_bytes(RANDOM_CHARS);
     #[cfg(unix)]
     let permissions = std::os::unix::fs::PermissionsExt::from_mode(0o666);
     #[cfg(unix)]

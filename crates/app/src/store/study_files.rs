@@ -15,24 +15,24 @@ use crate::store::staged::{
     FileError, Occupied, StagedFile, Written, occupy, prepare_directory, read_results,
 };
 
-/// Names of the files.
+/// The settings of the study.
 pub const STUDY: &str = "study.json";
 /// The table of all cases.
 pub const RUNS: &str = "runs.csv";
-/// The same as Parquet, if the program was built so.
+/// The table of all cases as Parquet, if the program was built with it.
 pub const RUNS_PARQUET: &str = "runs.parquet";
 /// The page.
 pub const REPORT: &str = "report.html";
-/// The forces that the study is compared with.
+/// The measured forces of the study.
 pub const MEASURED: &str = "measured.csv";
-/// How far they deviate.
+/// Deviations of simulated from measured forces.
 pub const COMPARISON: &str = "measured_comparison.csv";
 
-/// The files of a study that its journal does not hold.
+/// Result files of a study besides its journal.
 const RESULTS: [&str; 6] = [RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, COMPARISON];
 
-/// Prepares a directory for the results of a study, and announces that this process writes to it,
-/// and what else to `subdirectories`.
+/// Prepares a directory for the results of a study, and announces that this process writes to it
+/// and to its `subdirectories`.
 ///
 /// # Errors
 /// As for [`prepare_directory`] and [`occupy`].
@@ -74,8 +74,8 @@ pub fn keep_others(
         .try_for_each(|name| previous.keep(name))
 }
 
-/// Writes what a shard has of its study besides a journal: `study.json` without results, and
-/// measured forces.
+/// Writes the files of a shard besides its journal: `study.json` without results, and measured
+/// forces.
 ///
 /// # Errors
 /// If a file cannot be written.
@@ -97,10 +97,10 @@ pub fn write_shard(
         .try_for_each(|file| file.commit().map(drop))
 }
 
-/// Writes `runs.csv`, `further` files made from the text of `study.json`, that text and the page:
-/// all of them, once each can be written. Returns the paths. `origin` is the build that simulated
-/// the study, `statement` what its input file states besides, `findings` what was found in the results;
-/// `has_measured` says whether one of the further files has measured forces.
+/// Writes `runs.csv`, `further` files made from the text of `study.json`, that text and the page.
+/// No file appears unless each can be written. Returns the paths. `origin` is the build that
+/// simulated the study, `statement` the rest of its input file. `findings` concern the results.
+/// `has_measured` is `true` if one of the further files has measured forces.
 ///
 /// # Errors
 /// If a file cannot be written.

@@ -13,8 +13,7 @@ use bristle_study::grid::uncertainty::ForceScatter;
 use bristle_study::grid::{Interaction, turn_impulses};
 use bristle_study::input::table::{AGAIN, DataError, Source};
 
-/// The columns of a structure, each with its type, its place in the structure, which describes it,
-/// and its unit.
+/// Lists columns of a structure, each with its key, type, unit and described field.
 macro_rules! columns {
     ($record:ty {
         $(
@@ -79,9 +78,8 @@ pub const PAIR: &[Column<PairResult>] = columns!(PairResult {
     dissipated_j: f64 = dissipated_j => "J",
 });
 
-/// Writes `metrics.json`: one flat object, the speeds and the metrics of the tool first, then its
-/// [`Interaction`] and the band that a calibration leaves its force, then the work, then the
-/// impulses of all turns.
+/// Writes `metrics.json`, one flat object: speeds and metrics of the tool, [`Interaction`],
+/// interval of the force after a calibration, solver statistics, impulses of all turns.
 pub fn write_brush_metrics(
     mut out: impl Write,
     settings: &Settings,

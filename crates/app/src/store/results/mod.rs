@@ -1,8 +1,9 @@
 //! Saved results that describe themselves: `study.json` with `runs.csv`, `case.json` with
 //! `history.csv`.
 //!
-//! This module writes studies, settings and tables as text and reads them back: the same numbers to
-//! the bit, or an error that states where the text is wrong. The program handles the files.
+//! This module writes studies, settings and tables as text and reads them back. Reading returns the
+//! same numbers to the bit, or an error that states where the text is wrong. The program handles
+//! the files.
 
 mod brush;
 mod saved;
@@ -56,7 +57,7 @@ mod tests {
         "
     );
 
-    /// What is written to memory.
+    /// Returns the bytes written to memory, as text.
     fn text(write: impl FnOnce(&mut Vec<u8>) -> io::Result<()>) -> String {
         let mut text = Vec::new();
         write(&mut text).expect("a table");
@@ -101,8 +102,8 @@ mod tests {
         assert_eq!(read_runs(&runs, "runs.csv", &read), Ok(results));
     }
 
-    /// The sweeps are the same, so no row reveals it. A crash between writing the two files leaves
-    /// such a pair.
+    /// Rows do not reveal other settings if the sweeps are equal. A crash between writing the two
+    /// files leaves such a pair.
     #[test]
     fn rows_of_other_settings_are_refused() {
         let (_, _, saved, _) = texts(FILE);

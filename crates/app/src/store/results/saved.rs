@@ -25,14 +25,14 @@ const CHANGED: &str = "the file has changed since it was written";
 /// The build of Bristle that simulated a study.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
-    /// Its version.
+    /// Version of Bristle.
     pub version: String,
-    /// SHA-256 of its equations.
+    /// SHA-256 of the equations.
     pub equations: String,
 }
 
 impl Origin {
-    /// This build.
+    /// Returns this build.
     #[must_use]
     pub fn here() -> Self {
         Self {
@@ -41,7 +41,7 @@ impl Origin {
         }
     }
 
-    /// That of results some of which come from one build, and some from another.
+    /// Returns the common origin of results from `self` and from `other`.
     #[must_use]
     pub fn and(self, other: &Self) -> Self {
         let both = |own: String, other: &String| {
@@ -63,13 +63,13 @@ impl Origin {
 pub struct SavedStudy {
     /// The grid of settings.
     pub study: Study,
-    /// The build that simulated it.
+    /// The build that simulated the study.
     pub origin: Origin,
     /// Statement of its input file.
     pub statement: Statement,
-    /// Whether its directory also has measured forces.
+    /// `true` if the directory of the study also has measured forces.
     pub measured: bool,
-    /// SHA-256 of its `runs.csv`.
+    /// SHA-256 of `runs.csv`.
     pub(super) runs: String,
 }
 
@@ -91,25 +91,25 @@ struct StudyFile {
     /// Hash of `runs.csv`. That file gets its final name first: after a crash between the two
     /// renames, the hash does not match.
     runs_sha256: String,
-    /// Whether `measured.csv` belongs to the results.
+    /// `true` if `measured.csv` belongs to the results.
     measured: bool,
-    /// Those of the first tool, if tools are compared.
+    /// Settings of the first tool, if tools are compared.
     settings: Settings,
-    /// The tools that are compared.
+    /// The compared tools.
     tools: Vec<ToolText>,
     axes: Vec<SweepText>,
-    /// What is unusual about the settings, in sentences.
+    /// Warnings of unusual settings, in sentences.
     warnings: Vec<String>,
     statement: Statement,
     /// Findings about the results.
     findings: Vec<Value>,
-    /// Hash of all other keys: figures and advice would show results of other settings if one of
-    /// these were changed.
+    /// Hash of all other keys. It reveals a change that would make figures and advice show results
+    /// of other settings.
     own_sha256: String,
 }
 
 impl StudyFile {
-    /// The hash of all keys but `own_sha256`.
+    /// Returns the hash of all keys but `own_sha256`.
     fn digest(&self) -> String {
         let Self {
             format,
@@ -141,22 +141,22 @@ impl StudyFile {
     }
 }
 
-/// The SHA-256 of each result file of a contact, by its path relative to the directory of the
+/// The SHA-256 of each result file of a contact, keyed by its path relative to the directory of the
 /// results, with `/`.
 pub type FileHashes = BTreeMap<String, String>;
 
 /// One contact as read from `case.json`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SavedCase {
-    /// Its settings.
+    /// Settings of the contact.
     pub settings: Settings,
-    /// Its other files.
+    /// Hashes of the other files.
     files: FileHashes,
 }
 
 impl SavedCase {
-    /// Paths of the other files, relative to the directory of the results. They are those that the
-    /// file states, whatever they lead to.
+    /// Returns the paths of the other files, relative to the directory of the results, as the file
+    /// states them. A path may lead anywhere.
     pub fn files(&self) -> impl Iterator<Item = &str> {
         self.files.keys().map(String::as_str)
     }
@@ -196,7 +196,7 @@ struct CaseFile {
 }
 
 impl CaseFile {
-    /// The hash of all keys but `own_sha256`.
+    /// Returns the hash of all keys but `own_sha256`.
     fn digest(&self) -> String {
         let Self {
             format,
@@ -209,7 +209,7 @@ impl CaseFile {
     }
 }
 
-/// [`study_text_from`] this build, of a study without a statement.
+/// Returns [`study_text_from`] this build, of a study without a statement.
 #[must_use]
 pub fn study_text(study: &Study, runs: &[u8], measured: bool) -> String {
     study_text_from(
@@ -222,9 +222,9 @@ pub fn study_text(study: &Study, runs: &[u8], measured: bool) -> String {
     )
 }
 
-/// The text of `study.json` with the `findings` for a `runs.csv` with the text `runs` from the build `origin`; a shard
-/// has no such file. `measured` states whether measured forces belong to
-/// the results.
+/// Returns the text of `study.json` with the `findings`, for `runs` of the build `origin`. `runs`
+/// is the text of `runs.csv`, which a shard lacks. `measured` is `true` if measured forces belong
+/// to the results.
 #[must_use]
 pub fn study_text_from(
     study: &Study,
@@ -255,7 +255,7 @@ pub fn study_text_from(
     pretty(&file)
 }
 
-/// The text of `case.json` for a contact with these result `files`.
+/// Returns the text of `case.json` for a contact with these result `files`.
 #[must_use]
 pub fn case_text(settings: &Settings, files: &FileHashes) -> String {
     let bristle_version = env!("CARGO_PKG_VERSION").to_owned();
@@ -275,7 +275,7 @@ fn pretty(value: &impl Serialize) -> String {
     serde_json::to_string_pretty(value).expect(IN_JSON) + "\n"
 }
 
-/// The SHA-256 of a value as JSON.
+/// Returns the SHA-256 of a value as JSON.
 fn json_digest(value: &impl Serialize) -> String {
     digest(serde_json::to_string(value).expect(IN_JSON).as_bytes())
 }

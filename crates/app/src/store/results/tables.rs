@@ -26,7 +26,7 @@ use bristle_study::grid::{
 };
 use bristle_study::input::table::{AGAIN, DataError, Source, Table};
 
-/// Settings that are in `runs.csv` whether swept or not, and the names of their columns.
+/// Settings that are always columns of `runs.csv`, and the names of these columns.
 pub const FIXED_COLUMNS: [(&str, &str); 4] = [
     ("brushing_velocity_m_s", VELOCITY),
     ("penetration_depth_m", DEPTH),
@@ -34,11 +34,11 @@ pub const FIXED_COLUMNS: [(&str, &str); 4] = [
     ("rotational_speed_rpm", SPEED),
 ];
 
-/// The key of the contact normal impulses of all turns. In a table they are one text, with spaces
-/// between them.
+/// Key of the contact normal impulses of all turns. In a table they are one text, separated by
+/// spaces.
 const TURN_IMPULSES: &str = "turn_contact_normal_impulses_n_s";
 
-/// The key of the largest change of a headline metric when the case was repeated more precisely.
+/// Key of the largest relative change of a headline metric when a check repeats a case.
 const CHANGE: &str = "change_when_checked";
 
 /// Status of a case that did not fail.
@@ -66,7 +66,7 @@ impl Cell {
         }
     }
 
-    /// The cell in a CSV file.
+    /// Returns the cell as text of a CSV file.
     pub(super) fn into_text(self) -> String {
         match self {
             Self::Real(value) => value.map_or_else(String::new, |value| format!("{value:?}")),
@@ -76,7 +76,7 @@ impl Cell {
     }
 }
 
-/// The keys of a record's columns.
+/// Returns the keys of a record's columns.
 #[must_use]
 pub fn keys<R: Record>() -> Vec<&'static str> {
     keys_of(R::COLUMNS.iter())
@@ -88,13 +88,13 @@ pub(super) fn keys_of<R: 'static>(
     columns.map(|column| column.key).collect()
 }
 
-/// The cells of a record; empty cells if there is none.
+/// Returns the cells of a record; empty cells if there is none.
 #[must_use]
 pub fn cells<R: Record>(record: Option<&R>) -> Vec<Cell> {
     cells_of(R::COLUMNS.iter(), record)
 }
 
-/// The cells of some columns of a record; empty cells if there is none.
+/// Returns the cells of some columns of a record; empty cells if there is none.
 pub(super) fn cells_of<R: 'static>(
     columns: impl Iterator<Item = &'static Column<R>>,
     record: Option<&R>,
@@ -112,11 +112,11 @@ pub(super) fn cells_of<R: 'static>(
 
 /// Writes `runs.csv`: a heading, then one row per case in the order of the grid.
 ///
-/// A case that failed has empty metrics and statistics, and the error's text as its status. If
-/// filaments scatter in some case, the distribution of the tool force comes between the metrics and
-/// the statistics, and so does what interaction changes if the cases are brushes. If some case has
-/// several turns, the impulses of all turns come before the status, and so does what a check
-/// changed if some case was checked.
+/// A failed case has empty metrics and statistics, and the error's text as its status. Some columns
+/// depend on the study. Between metrics and statistics: the distribution of the tool force, if
+/// filaments scatter in some case, and effects of interaction of brushes. Before the status:
+/// impulses of all turns, if some case has several, and changes by checks, if some case was
+/// checked.
 pub fn write_runs(out: impl Write, study: &Study, results: &[CaseResult]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
     writer.write_record(run_columns(study, results))?;
@@ -126,9 +126,10 @@ pub fn write_runs(out: impl Write, study: &Study, results: &[CaseResult]) -> io:
     writer.flush()
 }
 
-/// The settings that are columns of a study's table: first the fixed columns, then the other axes.
+/// Returns the settings that are columns of a study's table: the fixed columns, then the other
+/// axes.
 fn setting_columns(study: &Study) -> Vec<(&'static str, Setting)> {
-    // A depth that is found is a result.
+    // A depth that results from a force is a result.
     let is_setting = |path: &str| path != DEPTH || !study.is_pressed_on();
     let fixed = FIXED_COLUMNS.iter().filter(|(_, path)| is_setting(path));
     let fixed =
@@ -140,7 +141,7 @@ fn setting_columns(study: &Study) -> Vec<(&'static str, Setting)> {
         .collect()
 }
 
-/// Names of the columns of a study's table.
+/// Returns the names of the columns of a study's table.
 #[must_use]
 pub fn run_columns(study: &Study, results: &[CaseResult]) -> Vec<&'static str> {
     let names = setting_columns(study).into_iter().map(|(name, _)| name);
@@ -170,7 +171,7 @@ fn are_checked(results: &[CaseResult]) -> bool {
         .any(|summary| summary.change_when_checked.is_some())
 }
 
-/// The rows of a study's table, for the columns [`run_columns`].
+/// Returns the rows of a study's table, for the columns [`run_columns`].
 pub fn run_rows(study: &Study, results: &[CaseResult]) -> impl Iterator<Item = Vec<Cell>> {
     let columns = setting_columns(study);
     let (scatters, has_brush, takes_turns) =
@@ -221,7 +222,7 @@ pub fn run_rows(study: &Study, results: &[CaseResult]) -> impl Iterator<Item = V
     })
 }
 
-/// The metrics that results have, with the types of their fields.
+/// Metrics of a result, with the types of their fields.
 pub(super) struct Known<'a>(pub &'a Metrics, pub Having);
 
 impl Serialize for Known<'_> {
@@ -291,7 +292,7 @@ pub fn read_turn_impulses(text: &str, name: &str) -> Result<Vec<f64>, DataError>
     Ok(turn_contact_normal_impulses_n_s)
 }
 
-/// The change of a case that was checked.
+/// Returns the change of a case that was checked.
 fn read_change(
     table: &Table<'_>,
     row: &csv::StringRecord,
@@ -310,7 +311,7 @@ fn read_change(
     }
 }
 
-/// The impulses of `count` turns from the text of their cell.
+/// Returns the impulses of `count` turns from the text of their cell.
 fn read_turns(text: &str, count: usize) -> Option<Vec<f64>> {
     let impulse = |text: &str| {
         text.parse()
@@ -356,8 +357,8 @@ bristle::record! {
     }
 }
 
-/// Writes `positions.csv`: a heading, then one row per filament along the trim, with its metrics as
-/// if all were like it.
+/// Writes `positions.csv`: a heading, then one row per filament along the trim. Its metrics are
+/// those of a tool of such filaments only.
 pub fn write_positions(out: impl Write, positions: &[AtPlace]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
     writer.write_record([keys::<OnTrim>(), keys::<Metrics>()].concat())?;
@@ -400,7 +401,7 @@ fn write_records<R: Record>(out: impl Write, records: &[R]) -> io::Result<()> {
     write_columns(out, R::COLUMNS.iter(), records)
 }
 
-/// [`write_records`] with some columns.
+/// Writes some columns as [`write_records`] does.
 pub(super) fn write_columns<R: 'static>(
     out: impl Write,
     columns: impl Iterator<Item = &'static Column<R>> + Clone,
@@ -418,19 +419,19 @@ pub(super) fn write_columns<R: 'static>(
     writer.flush()
 }
 
-/// Columns of a removal that are those of the second edge of a chamfer.
+/// Columns of a removal for the second edge of a chamfer.
 const OF_SECOND_EDGE: [&str; 2] = ["second_edge_radius_m", "second_edge_sliding_work_j"];
-/// Columns of the band where tools are sampled.
+/// Columns of the interval that sampled tools give.
 const OF_BAND: [&str; 2] = ["edge_radius_lower_95_m", "edge_radius_upper_95_m"];
 
-/// The keys of columns that a removal does not have: those of a second edge, or of a band.
+/// Returns the keys of columns that a removal lacks: of a second edge, or of an interval.
 pub fn absent_from(removal: &Removal) -> impl Iterator<Item = &'static str> + Clone {
     let (chamfer, band) = (removal.angles_rad.len() > 1, removal.has_band);
     let second = OF_SECOND_EDGE.into_iter().filter(move |_| !chamfer);
     second.chain(OF_BAND.into_iter().filter(move |_| !band))
 }
 
-/// The columns of a record that a removal has.
+/// Returns the columns of a record that a removal has.
 fn of_removal<R: Record>(removal: &Removal) -> impl Iterator<Item = &'static Column<R>> + Clone {
     let absent = absent_from(removal);
     R::COLUMNS
@@ -438,8 +439,8 @@ fn of_removal<R: Record>(removal: &Removal) -> impl Iterator<Item = &'static Col
         .filter(move |column| !absent.clone().any(|key| key == column.key))
 }
 
-/// Writes `removal.csv`: a heading, then one row per time, without the columns of edges and bands
-/// that the removal does not have.
+/// Writes `removal.csv`: a heading, then one row per time, without the columns that the removal
+/// lacks.
 pub fn write_removal_rows(out: impl Write, removal: &Removal) -> io::Result<()> {
     write_columns::<RemovalRow>(out, of_removal(removal), &removal.rows)
 }
@@ -598,7 +599,7 @@ fn read_records<R: Record>(text: &str, name: &str) -> Result<Vec<R>, DataError> 
     read_rows(text, name, R::COLUMNS)
 }
 
-/// [`read_records`] with some columns.
+/// Reads some columns as [`read_records`] does.
 pub(super) fn read_rows<R: Default>(
     text: &str,
     name: &str,
