@@ -1,17 +1,16 @@
 //! A figure as a list of shapes and texts, which can be written as SVG or as a bitmap.
 //!
-//! Coordinates are whole numbers ([`fine`] converts pixels), so that both forms are the same on
-//! every machine.
+//! Coordinates are whole numbers ([`fine`] converts pixels), so both forms are equal on every
+//! machine.
 
 use super::color::{Color, WHITE};
 use super::format::Format;
 use super::typeset::typeset;
 
-/// Coordinates per pixel. More than one, so that curves are smooth although coordinates are whole
-/// numbers.
+/// Coordinates per pixel. More than one keeps curves smooth although coordinates are whole numbers.
 pub(super) const FINE: i32 = 10;
 
-/// A point on a canvas, in coordinates to the right of and below the upper left corner.
+/// A point on a canvas: coordinates to the right of and below the upper left corner.
 pub type Point = (i32, i32);
 
 /// Converts pixels to coordinates.
@@ -19,14 +18,14 @@ pub const fn fine(pixels: i32) -> i32 {
     pixels * FINE
 }
 
-/// A figure on white.
+/// A figure on a white background.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Canvas {
     /// Width and height in pixels.
     size: (i32, i32),
-    /// How large it is on paper, and its font.
+    /// Size on paper, and font.
     format: Format,
-    /// In drawing order: the last one is on top.
+    /// Shapes in drawing order: the last one is on top.
     shapes: Vec<Shape>,
 }
 
@@ -57,13 +56,13 @@ pub(super) enum Shape {
 /// The style of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stroke {
-    /// Its colour.
+    /// Colour of the line.
     pub color: Color,
-    /// Its width in coordinates.
+    /// Width in coordinates.
     pub width: i32,
 }
 
-/// A line style with a width in tenths of a pixel.
+/// Creates a line style with a width in tenths of a pixel.
 pub const fn stroke(color: Color, tenths: i32) -> Stroke {
     Stroke {
         color,
@@ -71,7 +70,7 @@ pub const fn stroke(color: Color, tenths: i32) -> Stroke {
     }
 }
 
-/// Which part of a text is at its point.
+/// Part of a text at its point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Anchor {
     Start,
@@ -79,7 +78,7 @@ pub(super) enum Anchor {
     End,
 }
 
-/// Which part of a text is level with its point.
+/// Part of a text that is level with its point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Level {
     Top,
@@ -94,11 +93,12 @@ pub struct TextStyle {
     pub(super) color: Color,
     pub(super) anchor: Anchor,
     pub(super) level: Level,
-    /// Whether it reads upwards.
+    /// `true` if the text reads upwards.
     pub(super) upwards: bool,
 }
 
-/// A text style with a font size in pixels. The text is to the right of its point and below it.
+/// Creates a text style with a font size in pixels. The text is to the right of its point and below
+/// it.
 pub const fn text(size: i32, color: Color) -> TextStyle {
     TextStyle {
         size: fine(size),
@@ -119,7 +119,7 @@ impl TextStyle {
         }
     }
 
-    /// Puts the text to the right of its point, level with it.
+    /// Puts the text to the right of its point, level with the point.
     pub const fn right(self) -> Self {
         Self {
             anchor: Anchor::Start,
@@ -128,7 +128,7 @@ impl TextStyle {
         }
     }
 
-    /// Puts the text to the left of its point, level with it.
+    /// Puts the text to the left of its point, level with the point.
     pub const fn left(self) -> Self {
         Self {
             anchor: Anchor::End,
@@ -156,7 +156,7 @@ impl TextStyle {
 }
 
 impl Canvas {
-    /// An empty canvas of a format. Width and height are pixels of its layout.
+    /// Creates an empty canvas of a format. Width and height are pixels of its layout.
     pub(crate) fn on(format: &Format, (width, height): (i32, i32)) -> Self {
         let mut canvas = Self {
             size: (width, height),
@@ -167,17 +167,17 @@ impl Canvas {
         canvas
     }
 
-    /// Its format.
+    /// Returns the format.
     pub(super) fn format(&self) -> &Format {
         &self.format
     }
 
-    /// Width and height in pixels.
+    /// Returns width and height in pixels.
     pub(super) fn size(&self) -> (i32, i32) {
         self.size
     }
 
-    /// The shapes, from the lowest to the highest.
+    /// Returns the shapes, from the lowest to the highest.
     pub(super) fn shapes(&self) -> &[Shape] {
         &self.shapes
     }
@@ -222,8 +222,8 @@ impl Canvas {
         }
     }
 
-    /// Writes a text. Symbols such as `F_n,w` are typeset with their subscripts, numbers with minus
-    /// signs and powers of ten.
+    /// Writes a text. Symbols such as `F_n,w` are typeset with subscripts, numbers with minus signs
+    /// and powers of ten.
     pub fn text(&mut self, text: &str, style: TextStyle, at: Point) {
         let style = TextStyle {
             size: fine(self.format.font_size(style.size / fine(1))),

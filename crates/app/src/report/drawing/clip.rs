@@ -3,8 +3,8 @@
 use super::diagram::Frame;
 use super::{Point, fine};
 
-/// The part from 0 to 1 of the way between two points that is on the inner side of an edge of the
-/// frame, where the signed distances of the points from it are positive.
+/// Returns the point, from 0 to 1, at which the way between two points crosses an edge of the
+/// frame. Signed distances from the edge are positive inside.
 fn crossing(from: f64, to: f64) -> f64 {
     from / (from - to)
 }
@@ -13,7 +13,8 @@ fn between(from: [f64; 2], to: [f64; 2], part: f64) -> [f64; 2] {
     [0, 1].map(|k| from[k] + part * (to[k] - from[k]))
 }
 
-/// Signed distances of a point (in pixels) from the four edges of a frame, positive inside.
+/// Returns the signed distances of a point (in pixels) from the four edges of a frame, positive
+/// inside.
 fn distances([x, y]: [f64; 2], frame: Frame) -> [f64; 4] {
     let [left, top, right, bottom] = frame.map(f64::from);
     [x - left, y - top, right - x, bottom - y]
@@ -25,7 +26,7 @@ fn on_canvas([x, y]: [f64; 2]) -> Point {
         .into()
 }
 
-/// The parts within `frame` of a line through points in pixels.
+/// Returns the parts within `frame` of a line through points in pixels.
 pub fn clip_line(points: &[[f64; 2]], frame: Frame) -> Vec<Vec<Point>> {
     let mut parts: Vec<Vec<Point>> = Vec::new();
     let mut goes_on = false;
@@ -57,8 +58,8 @@ pub fn clip_line(points: &[[f64; 2]], frame: Frame) -> Vec<Vec<Point>> {
     parts
 }
 
-/// The part within `frame` of a polygon with corners in pixels (Sutherland and Hodgman 1974); empty
-/// if there is none.
+/// Returns the part within `frame` of a polygon with corners in pixels (Sutherland and Hodgman
+/// 1974); empty if it lies outside.
 pub fn clip_polygon(corners: &[[f64; 2]], frame: Frame) -> Vec<Point> {
     let mut corners = corners.to_vec();
     for edge in 0..4 {

@@ -1,20 +1,20 @@
-//! Colours of the figures: those of text, lines and curves, and the scale of the maps.
+//! Colours of the figures: of text, lines and curves, and the colour scale of the maps.
 
 /// A colour by its red, green and blue components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Color(pub u8, pub u8, pub u8);
 
-/// Background, and what is cut out of a colour.
+/// Background, and parts cut out of a colour.
 pub const WHITE: Color = Color(255, 255, 255);
-/// Text, and lines as strong as text.
+/// Text, and lines with the weight of text.
 pub const INK: Color = Color(40, 44, 52);
-/// Text and lines that stay behind others.
+/// Secondary text and lines.
 pub const GREY: Color = Color(100, 104, 110);
 /// Frames and other auxiliary lines.
 pub const FAINT: Color = Color(150, 154, 160);
 /// Lines of a grid.
 pub const GRID: Color = Color(228, 230, 233);
-/// Blue from the palette of Okabe and Ito, which readers with any colour vision can tell apart.
+/// Blue from the palette of Okabe and Ito, which readers with any colour vision can distinguish.
 pub const BLUE: Color = Color(0, 114, 178);
 /// Vermilion from the same palette.
 pub const VERMILION: Color = Color(213, 94, 0);
@@ -31,8 +31,8 @@ const VIRIDIS: [Color; 8] = [
     Color(254, 232, 37),
 ];
 
-/// The colour of viridis at `part` of its range, 0 to 1. Its brightness rises evenly, so that a map
-/// can be read in grey.
+/// Returns the colour of viridis at `part` of its range, 0 to 1. Its brightness rises evenly, so a
+/// map can be read in grey.
 pub fn viridis(part: f64) -> Color {
     let at = part.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
     let (below, above) = (VIRIDIS[at.floor() as usize], VIRIDIS[at.ceil() as usize]);

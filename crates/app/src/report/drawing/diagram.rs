@@ -1,7 +1,7 @@
 //! Diagrams: curves on two axes.
 //!
-//! The legend never covers a point: it goes into a free corner, or to the right of the diagram, or
-//! on paper below it.
+//! The legend never covers a point. It is in a free corner, to the right of the diagram or, on
+//! paper, below it.
 
 use super::format::Format;
 use super::heading::Heading;
@@ -13,31 +13,31 @@ use bristle_study::text::number::significant;
 /// Width of a figure and height of its diagram in pixels. A figure with its legend to the right of
 /// the diagram may be wider.
 const SIZE: (i32, i32) = (680, 340);
-/// Least height of the diagram on paper.
+/// Minimum height of the diagram on paper, in pixels.
 const MIN_HEIGHT: i32 = 170;
 /// Pixels below and to the right of the diagram.
 const BOTTOM: i32 = 50;
 const RIGHT: i32 = 24;
-/// Minimum width of a diagram.
+/// Minimum width of a diagram, in pixels.
 const MIN_WIDTH: i32 = 400;
-/// With more curves than this, the legend goes to the right of the diagram.
+/// Maximum number of curves with a legend inside the diagram. A longer legend is to its right.
 const MAX_IN_CORNER: usize = 5;
-/// Height of a legend row, where its text begins, and the margin around the legend.
+/// Height of a legend row, left end of its text, and margin around the legend, in pixels.
 const ROW: i32 = 18;
 const TEXT: i32 = 58;
 const MARGIN: i32 = 8;
 /// Maximum number of markers on a line.
 const MAX_MARKERS: usize = 25;
-/// Opacity of a band and of a stripe, and half the width of the cap of an error bar.
-const BAND: f64 = 0.15;
-const CAP: i32 = 4;
-/// An error bar this many times as long as the middle one does not set the axis. The mark of one
-/// that is cut, in pixels, and the room of its number.
-const LONG: f64 = 4.0;
+/// Opacity of bands and stripes, and half the width of an error bar's cap in pixels.
+const BAND_OPACITY: f64 = 0.15;
+const HALF_CAP: i32 = 4;
+/// Maximum length of an error bar that sets the axis, over the median length. The mark of a cut
+/// bar, in pixels, and the room of its number.
+const MAX_BAR_RATIO: f64 = 4.0;
 const CUT: i32 = 9;
 const CUT_ROOM: i32 = 50;
-/// Points closer than half a pixel to the previous one are left out; in coordinates of the canvas.
-const RESOLUTION: i32 = 5;
+/// Minimum distance from the previous point in coordinates of the canvas: half a pixel.
+const MIN_POINT_DISTANCE: i32 = 5;
 
 /// A diagram.
 #[derive(Clone, Debug)]
@@ -61,23 +61,23 @@ pub struct Curve {
     pub name: String,
     /// The points.
     pub points: Vec<(f64, f64)>,
-    /// How they are drawn.
+    /// Drawing style of the points.
     pub look: Look,
-    /// Number of its pen; by default its position among the curves of its kind.
+    /// Number of the pen; by default the position among the curves of this kind.
     pub pen: Option<usize>,
-    /// Pixels by which it is drawn to the right of its points, so that several error bars at one
-    /// place are seen.
+    /// Shift of the curve to the right, in pixels. It keeps several error bars at one place
+    /// visible.
     pub shift: i32,
 }
 
-/// How points are drawn.
+/// Drawing styles of points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Look {
     /// A thin grey line, for an exact solution or another code.
     Reference,
     /// Markers.
     Markers,
-    /// Filled markers, for what was measured, which come first in the legend.
+    /// Filled markers for measured values, which come first in the legend.
     Filled,
     /// Markers joined by a line.
     Joined,
@@ -85,15 +85,15 @@ pub enum Look {
     Line,
     /// A light coloured area with the points as its outline.
     Band,
-    /// Error bars, two points each. A much longer one than the others is cut at the end of the
+    /// Error bars, two points each. A bar much longer than the others is cut at the end of the
     /// axis, with a mark and the number at its end.
     Bars,
-    /// A light coloured stripe over the whole height, between its first and its last point.
+    /// A light coloured stripe over the whole height, between the first and the last point.
     Stripe,
 }
 
 impl Curve {
-    /// A curve.
+    /// Creates a curve.
     pub fn new(
         name: impl Into<String>,
         look: Look,
@@ -121,7 +121,7 @@ impl Curve {
         Self { shift, ..self }
     }
 
-    /// Whether it is an area, which lies below lines.
+    /// Returns `true` for an area, which lies below lines.
     fn is_area(&self) -> bool {
         [Look::Band, Look::Stripe].contains(&self.look)
     }
@@ -143,12 +143,12 @@ impl Styled<'_> {
             }
             Look::Joined => {
                 self.pen.line(canvas, points);
-                // Not every point of many, so that the dashes stay visible between markers.
+                // Markers thinned out, so that dashes stay visible between them.
                 let every = marked.len().div_ceil(MAX_MARKERS).max(1);
                 let marked: Vec<Point> = marked.iter().copied().step_by(every).collect();
                 self.pen.markers(canvas, &marked, false);
             }
-            Look::Band | Look::Stripe => canvas.area(points, self.pen.color, BAND),
+            Look::Band | Look::Stripe => canvas.area(points, self.pen.color, BAND_OPACITY),
             Look::Bars => {
                 let whole = Pen {
                     dash: (1, 0),
@@ -157,15 +157,15 @@ impl Styled<'_> {
                 };
                 whole.line(canvas, points);
                 for &(x, y) in marked {
-                    whole.line(canvas, &[(x - fine(CAP), y), (x + fine(CAP), y)]);
+                    whole.line(canvas, &[(x - fine(HALF_CAP), y), (x + fine(HALF_CAP), y)]);
                 }
             }
         }
     }
 }
 
-/// Bands and references come first, so that they lie below the rest. References with the same name
-/// look the same.
+/// Assigns pens. Bands and references come first, so that they lie below the rest. References with
+/// the same name look alike.
 fn styled(curves: &[Curve]) -> Vec<Styled<'_>> {
     let (bands, others): (Vec<_>, Vec<_>) = curves.iter().partition(|curve| curve.is_area());
     let (references, others): (Vec<_>, Vec<_>) = others
@@ -204,7 +204,8 @@ fn styled(curves: &[Curve]) -> Vec<Styled<'_>> {
 /// A rectangle: left, top, right and bottom, in pixels.
 pub type Frame = [i32; 4];
 
-/// The points of a curve in coordinates of the canvas, split where a point cannot be shown.
+/// Returns the points of a curve in coordinates of the canvas, split at points that cannot be
+/// shown.
 fn places(
     curve: &Curve,
     [x, y]: [&Scale; 2],
@@ -239,8 +240,9 @@ fn places(
             continue;
         };
         let part = parts.last_mut().expect("there is always a part");
-        let near =
-            |&(x, y): &(i32, i32)| (at.0 - x).abs() < RESOLUTION && (at.1 - y).abs() < RESOLUTION;
+        let near = |&(x, y): &(i32, i32)| {
+            (at.0 - x).abs() < MIN_POINT_DISTANCE && (at.1 - y).abs() < MIN_POINT_DISTANCE
+        };
         if index + 1 == curve.points.len() || part.last().is_none_or(|last| !near(last)) {
             part.push(at);
         }
@@ -249,7 +251,7 @@ fn places(
     parts
 }
 
-/// Distance between a rectangle (in pixels) and a curve, in coordinates of the canvas.
+/// Returns the distance between a rectangle (in pixels) and a curve, in coordinates of the canvas.
 fn distance([left, top, right, bottom]: Frame, look: Look, parts: &[Vec<(i32, i32)>]) -> i32 {
     let beside = |at: i32, low: i32, high: i32| (fine(low) - at).max(at - fine(high)).max(0);
     let from = |(x, y): (i32, i32)| beside(x, left, right).max(beside(y, top, bottom));
@@ -268,7 +270,7 @@ fn distance([left, top, right, bottom]: Frame, look: Look, parts: &[Vec<(i32, i3
 }
 
 impl Diagram {
-    /// A diagram with a title, a subtitle that may be empty, and its axes.
+    /// Creates a diagram with a title, a subtitle that may be empty, and its axes.
     pub fn new(
         title: impl Into<String>,
         subtitle: impl Into<String>,
@@ -284,8 +286,9 @@ impl Diagram {
         }
     }
 
-    /// The coordinates that the vertical axis shows: of all points, but not the ends of bars that
-    /// are much longer than the others, nor ends below zero of an amount without a value there.
+    /// Returns the coordinates that the vertical axis shows: those of all points, without the bars
+    /// that are much longer than the others. Ends of bars below zero count as zero if the axis
+    /// shows an amount without negative values.
     fn heights(&self) -> Vec<f64> {
         let shown =
             |&(x, y): &(f64, f64)| coordinate(&self.x, x).and_then(|_| coordinate(&self.y, y));
@@ -314,7 +317,7 @@ impl Diagram {
         lengths.sort_by(f64::total_cmp);
         let usual = lengths
             .get(lengths.len() / 2)
-            .map_or(f64::INFINITY, |middle| LONG * middle);
+            .map_or(f64::INFINITY, |middle| MAX_BAR_RATIO * middle);
         let is_amount = self.y.zero != Zero::Between
             && !self.y.logarithmic
             && heights.iter().all(|height| *height >= 0.0);
@@ -480,19 +483,19 @@ fn draw_cuts(
     }
 }
 
-/// Where the legend of a figure is.
+/// Place of the legend of a figure.
 struct Legend {
-    /// The diagram beside it.
+    /// Frame of the diagram beside the legend, in pixels.
     frame: Frame,
-    /// Its upper left corner in pixels.
+    /// Upper left corner of the legend in pixels.
     place: (i32, i32),
-    /// The number of rows; further entries follow to the right.
+    /// Number of rows; further entries follow to the right.
     rows: usize,
     /// Size of the figure in pixels.
     size: (i32, i32),
 }
 
-/// Room for the labels of the vertical axis, in pixels.
+/// Returns the room for the labels of the vertical axis, in pixels.
 pub fn left_of(format: &Format, y: &Scale) -> i32 {
     let labels = y
         .ticks
@@ -503,8 +506,8 @@ pub fn left_of(format: &Format, y: &Scale) -> i32 {
     36 + labels.max(24)
 }
 
-/// The corner of the frame in which a legend of this size is farthest from the curves; none if it
-/// would cover one.
+/// Returns the corner of the frame in which a legend of this size is farthest from the curves; none
+/// if it would cover one.
 fn free_corner(
     curves: &[Styled<'_>],
     scales: [&Scale; 2],
@@ -687,7 +690,7 @@ mod tests {
             "{cut}"
         );
         assert!(!svg(&bars(3.0)).contains(">33.0</text>"));
-        // No axis of a force goes below zero for a bar alone.
+        // A bar alone does not take an axis of forces below zero.
         let least = bars(30.5)
             .heights()
             .into_iter()

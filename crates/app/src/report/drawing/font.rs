@@ -1,7 +1,7 @@
 //! The font of bitmaps, with its glyphs as paths, and of PDF files.
 //!
-//! The font is embedded, so that they are the same on every machine. Its metrics equal those of
-//! Helvetica and Arial, which the SVG files ask for.
+//! The font is embedded, so bitmaps and PDF files are equal on every machine. Its metrics equal
+//! those of Helvetica and Arial, which the SVG files request.
 
 use std::sync::LazyLock;
 
@@ -15,15 +15,15 @@ pub(super) const FILE: &[u8] = include_bytes!("../../../assets/fonts/LiberationS
 static FONT: LazyLock<Face<'static>> =
     LazyLock::new(|| Face::parse(FILE, 0).expect("the font of the program can be read"));
 
-/// The font, read.
+/// Returns the parsed font.
 pub(super) fn face() -> &'static Face<'static> {
     &FONT
 }
 
-/// Characters that figures use and the font lacks, with similar ones that it has.
+/// Characters that figures use and the font lacks, with similar characters of the font.
 const SUBSTITUTES: [(char, char); 2] = [('⁻', 'ˉ'), ('⁰', '°')];
 
-/// The glyph of a character; an empty box if the font lacks it.
+/// Returns the glyph of a character; an empty box if the font lacks it.
 pub(super) fn glyph(character: char) -> GlyphId {
     let substitute = SUBSTITUTES
         .iter()
@@ -32,7 +32,7 @@ pub(super) fn glyph(character: char) -> GlyphId {
         .unwrap_or_default()
 }
 
-/// Kerning between two glyphs, in font units.
+/// Returns the kerning between two glyphs, in font units.
 fn kerning(left: GlyphId, right: GlyphId) -> i16 {
     let subtables = FONT
         .tables()
@@ -45,8 +45,8 @@ fn kerning(left: GlyphId, right: GlyphId) -> i16 {
         .unwrap_or(0)
 }
 
-/// The glyphs of a run with their distances from its start, and the length of the run, in font
-/// units.
+/// Returns the glyphs of a run with their distances from its start, and the length of the run, in
+/// font units.
 pub(super) fn set(run: &Run<'_>) -> (Vec<(GlyphId, i32)>, i32) {
     let mut glyphs: Vec<(GlyphId, i32)> = Vec::with_capacity(run.text.len());
     let mut length = 0;
@@ -60,12 +60,12 @@ pub(super) fn set(run: &Run<'_>) -> (Vec<(GlyphId, i32)>, i32) {
     (glyphs, length)
 }
 
-/// Coordinates per font unit, for a run of a text with the font size `size`.
+/// Returns coordinates per font unit, for a run of a text with the font size `size`.
 fn scale(run: &Run<'_>, size: i32) -> f32 {
     run.size(size) as f32 / f32::from(FONT.units_per_em())
 }
 
-/// Length of a text with the font size `size`, in the same unit.
+/// Returns the length of a text with the font size `size`, in the unit of `size`.
 pub(super) fn length(text: &str, size: i32) -> f32 {
     runs(text)
         .iter()

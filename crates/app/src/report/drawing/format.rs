@@ -1,34 +1,33 @@
 //! The size of a figure on paper and the font of its text.
 //!
 //! Without a stated width or font size, figures have the pixels that suit a screen. With one, a
-//! figure is laid out anew in as many pixels as the paper has room for, rather than shrunk: its
-//! text has the stated size, and there is less of everything else.
+//! figure is laid out in the pixels that the paper has room for, rather than shrunk. Its text then
+//! has the stated size, and all else has less room.
 
 use thiserror::Error;
 
-/// Millimetres in an inch, and points in an inch. A point is that of TeX, in which LaTeX prints the
-/// widths of columns.
+/// Millimetres in an inch, and points in an inch. A point is that of TeX: LaTeX prints the widths
+/// of columns in it.
 const INCH_MM: f64 = 25.4;
-const POINTS: f64 = 72.27;
-/// Pixels of a screen in an inch, as CSS has them.
-const PIXELS: f64 = 96.0;
-/// Font size in pixels that stands for the stated one: that of names and legends.
+const INCH_POINTS: f64 = 72.27;
+/// Pixels of a screen in an inch, as in CSS.
+const INCH_PIXELS: f64 = 96.0;
+/// Font size in pixels that stands for the stated one: the size of names and legends.
 const NAMES: i32 = 12;
-/// Width in pixels of a figure of which only the font size is stated.
+/// Width in pixels of a figure with a stated font size but no stated width.
 const USUAL_WIDTH: i32 = 680;
-/// Least width in pixels in which a map still shows its cells.
-const LEAST_WIDTH: f64 = 280.0;
+/// Minimum width in pixels at which a map still shows its cells.
+const MIN_WIDTH: f64 = 280.0;
 /// Bounds of the stated sizes, in mm and in points.
 const WIDTHS_MM: [f64; 2] = [30.0, 300.0];
 const FONT_SIZES: [f64; 2] = [4.0, 24.0];
-/// Resolution of bitmaps on paper in pixels per inch, which journals ask for drawings of lines.
+/// Resolution of bitmaps on paper in pixels per inch, as journals require for line drawings.
 const RESOLUTION: f64 = 600.0;
-/// Fonts of the same metrics as that of the bitmaps, and words for kinds of fonts, which are not
+/// Fonts with the metrics of the bitmaps' font, and keywords for kinds of fonts, which are not
 /// quoted.
 const ALIKE: [&str; 3] = ["Liberation Sans", "Arial", "Helvetica"];
 const GENERIC: [&str; 3] = ["serif", "sans-serif", "monospace"];
-/// The fonts of figures of which none is stated, and those that stand in for one that a viewer
-/// lacks.
+/// Fonts of a figure without a stated font, and substitutes for a font that a viewer lacks.
 const FAMILIES: &str = "Helvetica, Arial, sans-serif";
 
 /// Widths of columns of journals by name, in mm.
@@ -46,11 +45,11 @@ const UNITS: [(&str, f64); 5] = [
     ("mm", 1.0),
     ("cm", 10.0),
     ("in", INCH_MM),
-    ("pt", INCH_MM / POINTS),
+    ("pt", INCH_MM / INCH_POINTS),
     ("bp", INCH_MM / 72.0),
 ];
 
-/// Why figures cannot have a format.
+/// Reasons why figures cannot have a format.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum FormatError {
     /// Text is not a length.
@@ -58,7 +57,7 @@ pub enum FormatError {
         "must be a length with its unit, such as 84mm, 8.4cm, 3.3in, or 239pt as LaTeX prints \\columnwidth"
     )]
     NoLength,
-    /// Text is not a length and not the name of a column either.
+    /// Text is neither a length nor the name of a column.
     #[error(
         "must be a length with its unit, such as 84mm or 239pt, or the column of a journal: {}",
         COLUMNS.map(|(name, _)| name).join(", ")
@@ -85,7 +84,7 @@ pub enum FormatError {
         points: f64,
         /// The largest font size for this width, in points.
         most: f64,
-        /// The least width for this font size, in mm.
+        /// The smallest width for this font size, in mm.
         least_mm: f64,
     },
     /// Bitmaps and PDF files have one font.
@@ -96,7 +95,7 @@ pub enum FormatError {
     Bitmap(String),
 }
 
-/// What makes room for text, of what figures can have: smaller text, or a larger width in mm.
+/// Names the possible remedies: smaller text in points, or a larger width in mm.
 fn room(most: f64, least_mm: f64) -> String {
     let font = (most >= FONT_SIZES[0]).then(|| format!("at most --font-size {most:.1}pt"));
     let width =
@@ -108,12 +107,12 @@ fn room(most: f64, least_mm: f64) -> String {
     }
 }
 
-/// The size of a figure and its font.
+/// Size and font of a figure.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Format {
     paper: Option<Paper>,
     font: Option<String>,
-    /// Whether figures have no heading.
+    /// `true` if figures have no heading.
     untitled: bool,
 }
 
@@ -122,11 +121,11 @@ pub struct Format {
 struct Paper {
     /// Width of the figure in mm.
     width_mm: f64,
-    /// Its width in pixels of the layout, in which names have the font size [`NAMES`].
+    /// Width in pixels of the layout, in which names have the font size [`NAMES`].
     width: i32,
 }
 
-/// A length as text, such as `84mm`, in mm.
+/// Returns the length in mm that a text states, such as `84mm`.
 fn length_mm(text: &str) -> Option<f64> {
     let (number, factor) = UNITS
         .iter()
@@ -138,7 +137,8 @@ fn length_mm(text: &str) -> Option<f64> {
         .map(|number| number * factor)
 }
 
-/// The width of figures in mm, from a length such as `84mm` or the name of one of the [`COLUMNS`].
+/// Returns the width of figures in mm, from a length such as `84mm` or the name of one of the
+/// [`COLUMNS`].
 ///
 /// # Errors
 /// If the text is neither, or the width is out of bounds.
@@ -157,12 +157,12 @@ pub fn parse_width(text: &str) -> Result<f64, FormatError> {
     }
 }
 
-/// A font size in points, from a length such as `8pt`.
+/// Returns a font size in points, from a length such as `8pt`.
 ///
 /// # Errors
-/// If the text is no length, or the size is out of bounds.
+/// If the text is not a length, or the size is out of bounds.
 pub fn parse_font_size(text: &str) -> Result<f64, FormatError> {
-    let points = length_mm(text).ok_or(FormatError::NoLength)? * POINTS / INCH_MM;
+    let points = length_mm(text).ok_or(FormatError::NoLength)? * INCH_POINTS / INCH_MM;
     // Rounding of the unit must not exclude a bound.
     let [least, most] = FONT_SIZES;
     if points > least - 1e-9 && points < most + 1e-9 {
@@ -172,10 +172,10 @@ pub fn parse_font_size(text: &str) -> Result<f64, FormatError> {
     }
 }
 
-/// The name of a font.
+/// Returns the name of a font.
 ///
 /// # Errors
-/// If it has characters that names of fonts do not have.
+/// If it has characters that are not allowed in names of fonts.
 pub fn parse_font(text: &str) -> Result<String, FormatError> {
     let is_plain = |character: char| character.is_alphanumeric() || [' ', '-'].contains(&character);
     let is_name =
@@ -188,8 +188,8 @@ pub fn parse_font(text: &str) -> Result<String, FormatError> {
 }
 
 impl Format {
-    /// Figures of a width in mm with text of a size in points, in a font. What is not stated is as
-    /// on a screen: text of 9 bp.
+    /// Creates the format of figures of a width in mm, with text of a size in points, in a font. A
+    /// value that is not stated is as on a screen: text of 9 bp.
     ///
     /// # Errors
     /// If the text is too large for the width.
@@ -204,18 +204,18 @@ impl Format {
                 ..Self::default()
             });
         }
-        let pixel_mm = INCH_MM / PIXELS;
+        let pixel_mm = INCH_MM / INCH_PIXELS;
         let width_mm = width_mm.unwrap_or(f64::from(USUAL_WIDTH) * pixel_mm);
         let size_mm = points.map_or(f64::from(NAMES) * pixel_mm, |points| {
-            points * INCH_MM / POINTS
+            points * INCH_MM / INCH_POINTS
         });
         let width = width_mm * f64::from(NAMES) / size_mm;
-        if width < LEAST_WIDTH {
-            let points = size_mm * POINTS / INCH_MM;
+        if width < MIN_WIDTH {
+            let points = size_mm * INCH_POINTS / INCH_MM;
             let largest = |points: f64| (10.0 * points).floor() / 10.0;
             let (most, least_mm) = (
-                largest(points * width / LEAST_WIDTH),
-                (width_mm * LEAST_WIDTH / width).ceil(),
+                largest(points * width / MIN_WIDTH),
+                (width_mm * MIN_WIDTH / width).ceil(),
             );
             return Err(FormatError::NoRoom {
                 width_mm,
@@ -234,7 +234,7 @@ impl Format {
         })
     }
 
-    /// The same without title and subtitle, for figures whose caption says what they say.
+    /// Returns the format without title and subtitle, for figures with a caption.
     #[must_use]
     pub fn without_title(self) -> Self {
         Self {
@@ -243,7 +243,7 @@ impl Format {
         }
     }
 
-    /// Whether figures have title and subtitle.
+    /// Returns `true` if figures have title and subtitle.
     pub(super) fn has_title(&self) -> bool {
         !self.untitled
     }
@@ -257,36 +257,36 @@ impl Format {
         }
     }
 
-    /// Whether the figure is for paper.
+    /// Returns `true` if the figure is for paper.
     pub(crate) fn is_on_paper(&self) -> bool {
         self.paper.is_some()
     }
 
-    /// Width of a figure in pixels that has `usual` ones on a screen.
+    /// Returns the width in pixels of a figure that is `usual` pixels wide on a screen.
     pub(crate) fn width(&self, usual: i32) -> i32 {
         self.paper.map_or(usual, |paper| paper.width)
     }
 
-    /// A height in pixels that goes with the width `of` a figure on a screen, but not below
+    /// Returns a height in pixels, scaled with the width from `of` on a screen, but at least
     /// `least`.
     pub(crate) fn height(&self, height: i32, of: i32, least: i32) -> i32 {
         self.paper
             .map_or(height, |paper| (height * paper.width / of).max(least))
     }
 
-    /// Font size in pixels of a text that has `usual` ones on a screen. On paper, all text has one
-    /// size.
+    /// Returns the font size in pixels of a text whose size is `usual` on a screen. On paper, all
+    /// text has one size.
     pub(crate) fn font_size(&self, usual: i32) -> i32 {
         if self.is_on_paper() { NAMES } else { usual }
     }
 
-    /// Length in mm of a pixel of the layout, on paper.
+    /// Returns the length in mm of a pixel of the layout, on paper.
     pub(super) fn pixel_mm(&self) -> Option<f64> {
         self.paper
             .map(|paper| paper.width_mm / f64::from(paper.width))
     }
 
-    /// Pixels of a bitmap on paper for each pixel of the layout, and for each metre.
+    /// Returns the pixels of a bitmap on paper per pixel of the layout, and per metre.
     pub(super) fn resolution(&self) -> Option<(f64, u32)> {
         self.pixel_mm().map(|pixel| {
             (
@@ -296,7 +296,7 @@ impl Format {
         })
     }
 
-    /// The fonts that an SVG file asks for, the first that there is.
+    /// Returns the fonts that an SVG file requests; a viewer takes the first that it has.
     pub(super) fn families(&self) -> String {
         match self.font.as_deref() {
             None => FAMILIES.to_owned(),
@@ -359,7 +359,7 @@ mod tests {
         }
     }
 
-    /// It advised a font of 3.6 pt, which is refused.
+    /// Advice must not name a font of 3.6 pt, which is refused.
     #[test]
     fn advice_is_the_least_change_that_figures_can_have() {
         let fits = |width: f64, points: f64| Format::new(Some(width), Some(points), None);

@@ -3,7 +3,7 @@
 use super::format::Format;
 use super::{Canvas, GREY, INK, fine, font, text, typeset};
 
-/// Where the first line is, and the distance between lines, in pixels.
+/// Place of the first line, and distance between lines, in pixels.
 const TOP: i32 = 14;
 const LINE: i32 = 18;
 /// Font sizes of title and subtitle, in pixels.
@@ -11,11 +11,11 @@ const TITLE: i32 = 14;
 const SUBTITLE: i32 = 11;
 /// Room that stays free at the right, in pixels.
 const RIGHT: i32 = 8;
-/// The part of the room that a line of Helvetica may take, so that one of a wider font fits too.
-const SAFE: f32 = 0.84;
-/// Height of a heading of one line, with the room below it.
+/// Share of the room that a line of Helvetica may take. A line of a wider font then fits, too.
+const MAX_LINE_SHARE: f32 = 0.84;
+/// Height of a heading of one line, with the room below it, in pixels.
 const HEIGHT: i32 = 40;
-/// Room for factors of an axis where there is no heading.
+/// Room for factors of an axis without a heading, in pixels.
 const NO_HEIGHT: i32 = 24;
 
 /// A title and a subtitle, which may be empty.
@@ -27,10 +27,14 @@ pub struct Heading {
 }
 
 impl Heading {
-    /// The heading of a figure that begins at the pixel `left` of a figure of a `width` in pixels.
+    /// Returns the heading of a figure of a `width` in pixels, which begins at the pixel `left`.
     pub fn new(format: &Format, title: &str, subtitle: &str, [left, width]: [i32; 2]) -> Self {
-        // On paper the figure does not end where the text does, whatever font a viewer has.
-        let part = if format.is_on_paper() { SAFE } else { 1.0 };
+        // On paper, text must end within the figure in any font that a viewer has.
+        let part = if format.is_on_paper() {
+            MAX_LINE_SHARE
+        } else {
+            1.0
+        };
         let room = part * (width - left - RIGHT) as f32;
         let [title, subtitle] = [(title, TITLE), (subtitle, SUBTITLE)]
             .map(|(text, usual)| wrapped(&typeset(text), format.font_size(usual), room));
@@ -46,7 +50,7 @@ impl Heading {
         }
     }
 
-    /// How far it reaches, with room below it, in pixels.
+    /// Returns the height of the heading with the room below it, in pixels.
     pub fn height(&self) -> i32 {
         match self.title.len() + self.subtitle.len() {
             0 => NO_HEIGHT,
@@ -54,7 +58,7 @@ impl Heading {
         }
     }
 
-    /// Writes it.
+    /// Draws the heading.
     pub fn draw(&self, canvas: &mut Canvas) {
         let titles = self.title.iter().map(|line| (line, text(TITLE, INK)));
         let subtitles = self
@@ -67,8 +71,8 @@ impl Heading {
     }
 }
 
-/// A text of a font size in lines no longer than `room`, both in pixels, if its words allow it;
-/// none if it is empty.
+/// Splits a text of a font size into lines of at most `room`, both in pixels, if its words are
+/// short enough. An empty text has no lines.
 fn wrapped(text: &str, size: i32, room: f32) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in words(text) {
@@ -83,7 +87,7 @@ fn wrapped(text: &str, size: i32, room: f32) -> Vec<String> {
     lines
 }
 
-/// The words of a text. What belongs to a number, such as `±` and `%`, is not parted from it.
+/// Returns the words of a text. Signs of a number, such as `±` and `%`, stay with the number.
 fn words(text: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     let is_between = |word: &str| ["±", "="].contains(&word);

@@ -1,6 +1,6 @@
 //! Maps: a quantity over two others as coloured cells, with numbers where they fit.
 //!
-//! The colours are those of viridis, whose brightness rises evenly: a map can be read in grey.
+//! The colours are those of viridis. Their brightness rises evenly, so a map can be read in grey.
 
 use super::diagram::Frame;
 use super::format::Format;
@@ -13,7 +13,7 @@ use super::{
 use bristle_study::text::number::{significant, spanning};
 use std::collections::BTreeMap;
 
-/// Width of a figure and height of its cells in pixels, and the least height on paper.
+/// Width of a figure and height of its cells in pixels, and the minimum height on paper.
 const SIZE: (i32, i32) = (680, 340);
 const MIN_HEIGHT: i32 = 170;
 /// Pixels below and to the right of the cells.
@@ -25,9 +25,9 @@ const BAR: (i32, i32) = (20, 14);
 const SHADES: u32 = 100;
 /// Font size of the numbers in cells, and the margin around them.
 const NUMBER: i32 = 10;
-const FREE: (i32, i32) = (4, 5);
-/// How far a line is continued to the frame, over half the largest outermost cell.
-const FAR: i32 = 2;
+const NUMBER_MARGIN: (i32, i32) = (4, 5);
+/// Maximum extension of a line to the frame, over half the largest outermost cell.
+const MAX_EXTENSION: i32 = 2;
 /// Fill of a cell without a value, and distance between its hatching lines.
 const EMPTY: Color = Color(240, 241, 243);
 const HATCH: i32 = 6;
@@ -54,29 +54,29 @@ pub struct Map {
     pub x: CellAxis,
     /// Vertical side.
     pub y: CellAxis,
-    /// The scale of the colours, with name and unit of the quantity.
+    /// Scale of the colours, with name and unit of the quantity.
     pub colours: Axis,
     /// The values of the quantity, row by row from the bottom; none where unknown.
     pub values: Vec<Option<f64>>,
-    /// Whether each cell has a mark in its corner.
+    /// Marks of cells: `true` if a cell has a mark in its corner.
     pub marked: Vec<bool>,
     /// Range of the colours; by default that of the values.
     pub range: Option<[f64; 2]>,
-    /// The line that is drawn, if there is one.
+    /// The contour line, if there is one.
     pub line: Option<Contour>,
 }
 
-/// A contour line of the quantity, or of another one over the same sides.
+/// A contour line of the quantity, or of another quantity over the same sides.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contour {
-    /// The value along it.
+    /// Value along the line.
     pub level: f64,
     /// The values of the other quantity, row by row from the bottom.
     pub other: Option<Vec<Option<f64>>>,
 }
 
 impl CellAxis {
-    /// Borders of the cells: midway between values, and equally far beyond the first and the last.
+    /// Returns the borders of the cells: midway between values, and equally far beyond the ends.
     fn borders(&self) -> Vec<f64> {
         let values = &self.values;
         let (first, last) = (values[0], values[values.len() - 1]);
@@ -94,8 +94,9 @@ impl CellAxis {
     }
 }
 
-/// Where a line that ends on a side of the rectangle of the outermost middles, and goes outwards
-/// there, meets the frame; none if it does not end there, or would go along the frame.
+/// Returns the point where a line, extended beyond its end, meets the frame. None unless the line
+/// ends on a side of the rectangle of the outermost middles, going outwards. None also if the
+/// extension would go along the frame.
 fn on_to_the_frame(
     [before, end]: [Point; 2],
     [left, top, right, bottom]: [i32; 4],
@@ -107,20 +108,21 @@ fn on_to_the_frame(
         || (end.0 == right && across > 0)
         || (end.1 == top && down < 0)
         || (end.1 == bottom && down > 0);
-    // How many times the last piece fits in between the end and a side that it approaches.
+    // Number of lengths of the last piece between the end and a side that it approaches.
     let part = |from: i32, rate: i32, [low, high]: [i32; 2]| match rate.signum() {
         0 => f64::INFINITY,
         sign => f64::from(if sign < 0 { low - from } else { high - from }) / f64::from(rate),
     };
     let part = part(end.0, across, [low_x, high_x]).min(part(end.1, down, [low_y, high_y]));
     let [more_x, more_y] = [across, down].map(|rate| (part * f64::from(rate)).round() as i32);
-    let is_near = |more: i32, beyond: [i32; 2]| more.abs() <= FAR * beyond[0].max(beyond[1]);
+    let is_near =
+        |more: i32, beyond: [i32; 2]| more.abs() <= MAX_EXTENSION * beyond[0].max(beyond[1]);
     let is_short = is_near(more_x, [left - low_x, high_x - right])
         && is_near(more_y, [top - low_y, high_y - bottom]);
     (is_outwards && is_short).then_some((end.0 + more_x, end.1 + more_y))
 }
 
-/// Maps the values of a side to coordinates between two pixels.
+/// Returns a function from the values of a side to coordinates between two pixels.
 fn placing(borders: &[f64], low: i32, high: i32) -> impl Fn(f64) -> i32 {
     let (first, last) = (borders[0], borders[borders.len() - 1]);
     move |value| {
@@ -128,8 +130,8 @@ fn placing(borders: &[f64], low: i32, high: i32) -> impl Fn(f64) -> i32 {
     }
 }
 
-/// Values and labels, thinned out until the labels do not touch: every value, or every second, and
-/// so on.
+/// Returns values and labels, thinned out until the labels do not touch: every value, every second
+/// one, and so on.
 fn ticks(
     side: &CellAxis,
     at: impl Fn(f64) -> i32,
@@ -157,8 +159,8 @@ fn ticks(
 /// Side of the mark in the corner of a cell, in pixels.
 const MARK: i32 = 9;
 
-/// The number in a cell. One over decades has one digit before its power of ten, which has to fit
-/// too.
+/// Returns the number in a cell. On a logarithmic scale, a number with a power of ten has one digit
+/// before it, so that it fits.
 fn number(value: f64, colours: &Axis) -> String {
     let number = if colours.logarithmic {
         spanning(value)
@@ -172,7 +174,8 @@ fn number(value: f64, colours: &Axis) -> String {
     })
 }
 
-/// The part of the colours that lies below a value. A value that the axis cannot show is at an end.
+/// Returns the part of the colours that lies below a value. A value that the axis cannot show is at
+/// an end.
 fn part(scale: &Scale, value: f64) -> f64 {
     coordinate(&scale.axis, value).map_or(if value > 0.0 { 1.0 } else { 0.0 }, |at| scale.part(at))
 }
@@ -189,7 +192,7 @@ struct Number {
 }
 
 impl Number {
-    /// Moves the number off the points of a line, within its cell, as far as there is room.
+    /// Moves the number away from the points of a line, within its cell, where there is room.
     fn avoid(&mut self, line: &[Point]) {
         let (wide, high) = (
             self.cell.0 - self.half.0 - fine(2),
@@ -211,7 +214,7 @@ impl Number {
                 .map(gap)
                 .min()
                 .unwrap_or(i32::MAX)
-                .min(fine(FREE.0))
+                .min(fine(NUMBER_MARGIN.0))
         };
         let moves = [
             (0, 0),
@@ -234,7 +237,7 @@ impl Number {
     }
 }
 
-/// Points of a line that are at most a pixel apart.
+/// Returns points of a line that are at most a pixel apart.
 fn sampled(line: &[Point]) -> impl Iterator<Item = Point> {
     line.windows(2).flat_map(|ends| {
         let [(x, y), (to_x, to_y)] = [ends[0], ends[1]];
@@ -243,7 +246,7 @@ fn sampled(line: &[Point]) -> impl Iterator<Item = Point> {
     })
 }
 
-/// Joins pieces that end at the same points to lines.
+/// Joins pieces with common ends to lines.
 fn joined(pieces: &[[Point; 2]]) -> Vec<Vec<Point>> {
     let mut at: BTreeMap<Point, Vec<usize>> = BTreeMap::new();
     for (index, piece) in pieces.iter().enumerate() {
@@ -258,7 +261,7 @@ fn joined(pieces: &[[Point; 2]]) -> Vec<Vec<Point>> {
             continue;
         }
         let mut line = pieces[index].to_vec();
-        // On from its end, then from its start.
+        // First beyond its end, then beyond its start.
         for _ in 0..2 {
             while let Some(&next) = line
                 .last()
@@ -275,7 +278,7 @@ fn joined(pieces: &[[Point; 2]]) -> Vec<Vec<Point>> {
     lines
 }
 
-/// The value of a cell, and its upper left and lower right corner on the canvas.
+/// Value of a cell, and its upper left and lower right corner on the canvas.
 type Cell = (Option<f64>, [Point; 2]);
 
 impl Map {
@@ -364,8 +367,7 @@ impl Map {
         for &(value, corners) in cells {
             let [(low_x, high_y), (high_x, low_y)] = corners;
             match value {
-                // A cell extends slightly below the one that is drawn after it, so that no seam
-                // shows.
+                // A cell extends slightly below the cell drawn after it, so that no seam shows.
                 Some(value) => {
                     let reach = [
                         (low_x, (high_y - 5).max(fine(top))),
@@ -376,7 +378,7 @@ impl Map {
                 None => hatch(canvas, corners),
             }
         }
-        // Again, over what their neighbours have drawn into them.
+        // Drawn again, over the extensions of their neighbours.
         for (_, corners) in cells.iter().filter(|(value, _)| value.is_none()) {
             hatch(canvas, *corners);
         }
@@ -408,7 +410,7 @@ impl Map {
         }
     }
 
-    /// The numbers of all cells if all of them fit, otherwise none.
+    /// Returns the numbers of all cells if all of them fit, otherwise none.
     fn numbers(&self, format: &Format, scale: &Scale, cells: &[Cell]) -> Vec<Number> {
         let size = format.font_size(NUMBER);
         let (mut numbers, mut largest) = (Vec::new(), 0.0_f64);
@@ -416,8 +418,8 @@ impl Map {
             let Some(value) = value else { continue };
             let text = number(value, &self.colours);
             let half = (fine(width(&text, size)) / 2, fine(size) / 2);
-            if right - left < 2 * (half.0 + fine(FREE.0))
-                || bottom - top < 2 * (half.1 + fine(FREE.1))
+            if right - left < 2 * (half.0 + fine(NUMBER_MARGIN.0))
+                || bottom - top < 2 * (half.1 + fine(NUMBER_MARGIN.1))
             {
                 return Vec::new();
             }
@@ -439,7 +441,7 @@ impl Map {
         }
     }
 
-    /// The pieces of the contour line in coordinates of the canvas; none without a line.
+    /// Returns the pieces of the contour line in coordinates of the canvas; none without a line.
     fn pieces(
         &self,
         across: &impl Fn(f64) -> i32,
@@ -465,8 +467,8 @@ impl Map {
             .collect()
     }
 
-    /// The lines that the pieces make. One that ends in the middle of the outermost cells goes
-    /// straight on to the `frame`.
+    /// Returns the lines that the pieces make. A line that ends in the middle of the outermost
+    /// cells continues straight to the `frame`.
     fn lines(
         &self,
         frame: Frame,
@@ -560,10 +562,10 @@ fn hatch(canvas: &mut Canvas, corners: [(i32, i32); 2]) {
     }
 }
 
-/// The pieces of the contour line at this level of a quantity given row by row, linear between
-/// neighbours.
+/// Returns the pieces of the contour line at this level of a quantity given row by row, linear
+/// between neighbours.
 ///
-/// Four neighbours of which one is unknown have no piece between them.
+/// Four neighbours with an unknown value have no piece between them.
 pub fn contour([xs, ys]: [&[f64]; 2], values: &[Option<f64>], level: f64) -> Vec<[(f64, f64); 2]> {
     let mut pieces = Vec::new();
     for (row, y) in ys.windows(2).enumerate() {
@@ -586,7 +588,7 @@ pub fn contour([xs, ys]: [&[f64]; 2], values: &[Option<f64>], level: f64) -> Vec
                 (x[0], y[1], d),
             ];
             let crossing = |from: usize| {
-                // In one order, so that neighbours have the same point.
+                // A fixed order, so that neighbours have the same point.
                 let (a, b) = (corners[from], corners[(from + 1) % 4]);
                 let ((x0, y0, v0), (x1, y1, v1)) = if (a.0, a.1) <= (b.0, b.1) {
                     (a, b)
@@ -601,7 +603,7 @@ pub fn contour([xs, ys]: [&[f64]; 2], values: &[Option<f64>], level: f64) -> Vec
             match crossings[..] {
                 [from, to] => pieces.push([from, to]),
                 [below, right, above, left] => {
-                    // A saddle: the value in the middle tells which corners belong together.
+                    // A saddle: the value in the middle decides which corners belong together.
                     let joined = ((a + b + c + d) / 4.0 < level) == (a < level);
                     let pairs = if joined {
                         [[below, right], [above, left]]
@@ -728,7 +730,7 @@ mod tests {
             ends.contains(&(2350, 3500)) && ends.contains(&(2050, 500)),
             "{ends:?}"
         );
-        // Past a corner too, and not far along a side.
+        // Beyond a corner too, but not far along a side.
         let beyond = |before: Point, end: Point| {
             on_to_the_frame([before, end], [100, 100, 300, 300], [0, 0, 40, 40])
         };

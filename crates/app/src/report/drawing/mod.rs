@@ -1,8 +1,8 @@
 //! Figures in one style: axes, curves and maps in, SVG, PNG and PDF out.
 //!
 //! `diagram` and `map` lay a figure out on a [`Canvas`], a list of shapes and texts. The canvas
-//! writes itself as SVG, with its text as text, as a bitmap, with the glyphs of the one font that
-//! is part of the program, and as PDF with both.
+//! writes itself as SVG with text, as a bitmap with glyphs of the embedded font, and as PDF with
+//! both.
 
 mod canvas;
 pub(crate) mod clip;
@@ -29,7 +29,7 @@ pub(crate) use typeset::{power_of_ten, typeset};
 
 use symbols::runs;
 
-/// Estimated width of a text in pixels. It is not exact, since an SVG viewer may use another font.
+/// Returns the estimated width of a text in pixels. An SVG viewer may use another font.
 pub(crate) fn width(text: &str, size: i32) -> i32 {
     let characters = |run: &symbols::Run<'_>| run.text.chars().count() as i32;
     runs(&typeset(text))
@@ -38,7 +38,7 @@ pub(crate) fn width(text: &str, size: i32) -> i32 {
         .sum()
 }
 
-/// Least and largest of some values; infinite without any.
+/// Returns the smallest and the largest of some values; infinite without any.
 pub(crate) fn ends(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     let none = [f64::INFINITY, f64::NEG_INFINITY];
     values
@@ -57,8 +57,8 @@ pub(crate) fn labelled(
         .collect()
 }
 
-/// Draws `ticks`, which are values and their labels, at the points that `at` gives, and the name of
-/// the axis at a place in pixels.
+/// Draws `ticks`, pairs of values and labels, at the points that `at` returns, and the name of the
+/// axis at a place in pixels.
 pub(crate) fn axis(
     canvas: &mut Canvas,
     (name, place): (&str, (i32, i32)),
@@ -86,7 +86,7 @@ pub(crate) fn axis(
     canvas.text(name, style, (fine(place.0), fine(place.1)));
 }
 
-/// A value as a label, rounded to a whole number.
+/// Returns a value as a label, rounded to a whole number.
 pub(crate) fn whole(value: f64) -> String {
     format!("{value:.0}").replace('-', "−")
 }
@@ -111,7 +111,7 @@ pub(crate) struct Pen {
     pub tenths: i32,
     /// Lengths of dashes and gaps in pixels; a gap of zero makes a solid line.
     pub dash: (i32, i32),
-    /// Marker of its points.
+    /// Marker of the points.
     pub marker: Marker,
 }
 
@@ -127,8 +127,8 @@ impl Pen {
         }
     }
 
-    /// Draws markers at points. They are filled with white to hide the line below them, or with
-    /// their colour to be seen first.
+    /// Draws markers at points. White filling hides the line below them, filling in their colour
+    /// makes them prominent.
     pub fn markers(&self, canvas: &mut Canvas, points: &[Point], filled: bool) {
         let (fill, rim) = if filled {
             (self.color, WHITE)
@@ -149,7 +149,7 @@ impl Pen {
                     y + (radius * sine).round() as i32,
                 )
             };
-            // Past the first corner again, so that the outline is closed there.
+            // One corner more than the first again, so that the outline is closed there.
             let outline: Vec<Point> = (0..=corners + 1).map(corner).collect();
             canvas.polygon(&outline[..=corners as usize], fill);
             canvas.line(outline, stroke(rim, self.tenths));

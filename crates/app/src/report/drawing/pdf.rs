@@ -1,5 +1,5 @@
-//! A canvas as a PDF file: the same shapes, and text as text in the font of the bitmaps, of which
-//! the file holds the glyphs that it uses.
+//! A canvas as a PDF file: shapes as in the SVG file, and text in the font of the bitmaps. The file
+//! holds only the glyphs that it uses.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,11 +18,11 @@ use super::symbols::runs;
 const INCH: f64 = 72.0;
 const INCH_MM: f64 = 25.4;
 const INCH_PIXELS: f64 = 96.0;
-/// The name of the font in the file, with the tag that subsets of fonts have.
+/// Name of the font in the file, with the tag of a font subset.
 const FONT: &[u8] = b"BRISTL+LiberationSans";
-/// What text positions and widths are given in: thousandths of the font size.
+/// Unit of text positions and widths: thousandths of the font size.
 const EM: f32 = 1e3;
-/// How much streams are compressed, 0 to 10.
+/// Compression level of streams, 0 to 10.
 const LEVEL: u8 = 8;
 const SYSTEM: SystemInfo = SystemInfo {
     registry: Str(b"Adobe"),
@@ -30,19 +30,18 @@ const SYSTEM: SystemInfo = SystemInfo {
     supplement: 0,
 };
 
-/// The glyphs of a file: their numbers in it, and the characters that they show.
+/// Glyphs of a file: their numbers in it, and the characters that they show.
 struct Glyphs {
     numbers: GlyphRemapper,
     characters: BTreeMap<u16, char>,
 }
 
 impl Canvas {
-    /// The figure as a PDF file of one page, of the size of the SVG file. Its bytes depend on the
-    /// figure alone: it states no time. Its font is Liberation Sans, whatever that of the format
-    /// is.
+    /// Returns the figure as a PDF file of one page, of the size of the SVG file. Its bytes depend
+    /// on the figure alone: it states no time. The font is Liberation Sans for every format.
     ///
     /// # Panics
-    /// If the font of the program cannot be divided.
+    /// If the embedded font cannot be subset.
     #[must_use]
     pub fn pdf(&self) -> Vec<u8> {
         let (width, height) = self.size();
@@ -97,7 +96,7 @@ impl Canvas {
     }
 }
 
-/// The name of the state in which areas have an opacity in percent.
+/// Returns the name of the graphics state with an opacity in percent.
 fn opacity_name(percent: u32) -> String {
     format!("A{percent}")
 }
@@ -181,7 +180,7 @@ fn write_text(
     for run in runs(text) {
         let size = run.size(style.size) as f32;
         let below = baseline + run.drop(style.size) as f32 - at.1 as f32;
-        // Letters stand upright on an axis that goes down.
+        // Letters stand upright on an axis that points down.
         let matrix = match style.upwards {
             false => [
                 1.0,

@@ -1,5 +1,4 @@
-//! Styles of curves. They differ in colour, dashes and markers at once, so that a figure can be
-//! read in grey.
+//! Styles of curves. Colour, dashes and markers differ at once, so a figure can be read in grey.
 
 use std::f64::consts::TAU;
 
@@ -16,7 +15,7 @@ pub const COLORS: [Color; 7] = [
     INK,
 ];
 /// Corners and turns of the markers. The numbers of markers, colours and dashes have no common
-/// factor, so that no two of the first 210 curves look the same.
+/// factor, so no two of the first 210 curves look alike.
 const MARKERS: [(u32, f64); 5] = [
     (32, 0.0),
     (4, TAU / 8.0),
@@ -26,7 +25,7 @@ const MARKERS: [(u32, f64); 5] = [
 ];
 const DASHES: [(i32, i32); 6] = [(1, 0), (7, 3), (2, 3), (14, 4), (7, 8), (4, 6)];
 
-/// The pen of the coloured curve number `index`.
+/// Returns the pen of the coloured curve number `index`.
 pub fn pen(index: usize) -> Pen {
     let (corners, turn) = MARKERS[index % MARKERS.len()];
     let (color, dash) = (COLORS[index % COLORS.len()], DASHES[index % DASHES.len()]);
@@ -42,7 +41,7 @@ pub fn pen(index: usize) -> Pen {
     }
 }
 
-/// The pen of reference number `index`.
+/// Returns the pen of reference number `index`.
 pub fn reference_pen(index: usize) -> Pen {
     Pen {
         color: GREY,

@@ -11,8 +11,8 @@ use super::font;
 const SCALE: f32 = 2.0;
 
 impl Canvas {
-    /// The figure as a PNG file: with twice the width and the height of the SVG file in pixels, or
-    /// 600 pixels per inch on paper. Its font is Liberation Sans, whatever that of the format is.
+    /// Returns the figure as a PNG file: with twice the width and the height of the SVG file in
+    /// pixels, or 600 pixels per inch on paper. The font is Liberation Sans for every format.
     ///
     /// # Panics
     /// If the figure has no pixels, or more than fit into memory.
@@ -36,7 +36,7 @@ impl Canvas {
             yppu: per_metre,
             unit: Unit::Meter,
         });
-        // Pixels are opaque. A plain loop: tests run it unoptimised, and `flat_map` is slow then.
+        // Pixels are opaque. A plain loop: tests run it unoptimised, where `flat_map` is slow.
         let (pixels, _) = pixels.data().as_chunks();
         let mut colors = vec![[0; 3]; pixels.len()];
         for (color, [red, green, blue, _]) in colors.iter_mut().zip(pixels) {
@@ -45,7 +45,7 @@ impl Canvas {
         let mut file = Vec::new();
         let written = Encoder::with_info(&mut file, info).and_then(|mut encoder| {
             encoder.set_compression(Compression::Fast);
-            // To try all filters on each line takes longer and saves 2 % of the file.
+            // Trying all filters on each line takes longer and saves 2 % of the file.
             encoder.set_filter(Filter::Paeth);
             encoder
                 .write_header()?
@@ -64,10 +64,10 @@ fn paint(Color(red, green, blue): Color, opacity: f64) -> Paint<'static> {
     paint
 }
 
-/// Draws a shape, whose coordinates `scale` converts to pixels of the bitmap.
+/// Draws a shape; `scale` converts its coordinates to pixels of the bitmap.
 fn draw(pixels: &mut Pixmap, shape: &Shape, scale: Transform) {
     let mut fill = |path: Option<Path>, paint: &Paint<'_>, transform| {
-        // A text of spaces, for one, has no path.
+        // For example, a text of spaces has no path.
         if let Some(path) = path {
             pixels.fill_path(&path, paint, FillRule::Winding, transform, None);
         }
@@ -108,7 +108,7 @@ fn draw(pixels: &mut Pixmap, shape: &Shape, scale: Transform) {
     }
 }
 
-/// A path of straight lines through points.
+/// Returns a path of straight lines through points.
 fn polyline(points: &[Point], closed: bool) -> Option<Path> {
     let mut path = PathBuilder::new();
     for (index, &(x, y)) in points.iter().enumerate() {
@@ -125,7 +125,7 @@ fn polyline(points: &[Point], closed: bool) -> Option<Path> {
     path.finish()
 }
 
-/// Where the baseline of a text starts before it is rotated.
+/// Returns the start of the baseline of a text before rotation.
 pub(super) fn start(text: &str, style: &TextStyle, (x, y): Point) -> (f32, f32) {
     let (x, y) = (x as f32, y as f32);
     let size = style.size as f32;
@@ -134,7 +134,7 @@ pub(super) fn start(text: &str, style: &TextStyle, (x, y): Point) -> (f32, f32) 
         Anchor::Middle => x - font::length(text, style.size) / 2.0,
         Anchor::End => x - font::length(text, style.size),
     };
-    // As `dy` in the SVG file, with an x-height of half the font size.
+    // Equals `dy` in the SVG file, with an x-height of half the font size.
     let baseline = match style.level {
         Level::Top => y + 0.76 * size,
         Level::Middle => y + 0.25 * size,
@@ -142,7 +142,7 @@ pub(super) fn start(text: &str, style: &TextStyle, (x, y): Point) -> (f32, f32) 
     (start, baseline)
 }
 
-/// The outlines of a text before it is rotated, and the rotation.
+/// Returns the outlines of a text before rotation, and the rotation.
 fn outline(text: &str, style: &TextStyle, at: Point) -> (Option<Path>, Transform) {
     let mut path = PathBuilder::new();
     font::outline(&mut path, text, style.size, start(text, style, at));
@@ -162,7 +162,7 @@ mod tests {
     use super::super::format::Format;
     use super::*;
 
-    /// A figure of one word.
+    /// Returns a figure of one word.
     fn figure(word: &str) -> Vec<u8> {
         let mut canvas = Canvas::on(&Format::default(), (60, 20));
         canvas.text(word, text(12, INK), (0, 0));

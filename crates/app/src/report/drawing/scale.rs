@@ -9,33 +9,33 @@ use super::{ends, fine, labelled, power_of_ten, whole};
 pub struct Axis {
     /// Quantity and unit.
     pub label: Cow<'static, str>,
-    /// Whether powers of ten are at equal distances.
+    /// `true` if powers of ten are at equal distances.
     pub logarithmic: bool,
-    /// Whether zero is shown.
+    /// Rule for showing zero.
     pub zero: Zero,
     /// The names of the coordinates 0, 1, 2 and so on; empty if coordinates are numbers.
     pub names: Vec<String>,
-    /// Whether its values are whole numbers.
+    /// `true` if the values are whole numbers.
     pub is_count: bool,
 }
 
-/// Whether a linear axis shows zero.
+/// Rules by which a linear axis shows zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Zero {
-    /// Where it is between the values.
+    /// If it lies between the values.
     Between,
-    /// Where values come near: unless all are at least half of the largest.
+    /// If values come near it: unless all are at least half of the largest.
     Near,
     /// Always.
     Always,
 }
 
-/// Least length of an axis of [`Zero::Near`], as a part of its largest value. Smaller changes look
-/// as small as they are.
-const LEAST_PART: f64 = 0.01;
+/// Minimum length of an axis of [`Zero::Near`], as a share of its largest value. Smaller changes
+/// then look small.
+const MIN_AXIS_SHARE: f64 = 0.01;
 
 impl Axis {
-    /// A linear axis.
+    /// Creates a linear axis.
     pub fn linear(label: impl Into<Cow<'static, str>>) -> Self {
         Self {
             label: label.into(),
@@ -46,7 +46,7 @@ impl Axis {
         }
     }
 
-    /// A linear axis of whole numbers.
+    /// Creates a linear axis of whole numbers.
     pub fn count(label: impl Into<Cow<'static, str>>) -> Self {
         Self {
             is_count: true,
@@ -54,7 +54,7 @@ impl Axis {
         }
     }
 
-    /// A logarithmic axis.
+    /// Creates a logarithmic axis.
     pub fn logarithmic(label: impl Into<Cow<'static, str>>) -> Self {
         Self {
             logarithmic: true,
@@ -62,7 +62,7 @@ impl Axis {
         }
     }
 
-    /// An axis with a place for each of some names.
+    /// Creates an axis with a place for each of some names.
     pub fn named(label: impl Into<Cow<'static, str>>, names: Vec<String>) -> Self {
         Self {
             names,
@@ -70,7 +70,7 @@ impl Axis {
         }
     }
 
-    /// A linear axis that always shows zero.
+    /// Creates a linear axis that always shows zero.
     pub fn from_zero(label: impl Into<Cow<'static, str>>) -> Self {
         Self {
             zero: Zero::Always,
@@ -78,8 +78,8 @@ impl Axis {
         }
     }
 
-    /// A linear axis of an amount: it begins at zero if some values come near zero, and where the
-    /// values are otherwise.
+    /// Creates a linear axis of an amount. It begins at zero if values come near it, otherwise at
+    /// the values.
     pub fn amount(label: impl Into<Cow<'static, str>>) -> Self {
         Self {
             zero: Zero::Near,
@@ -87,7 +87,7 @@ impl Axis {
         }
     }
 
-    /// The ends of the axis for values from `low` to `high`, without a margin.
+    /// Returns the ends of the axis for values from `low` to `high`, without a margin.
     fn ends(&self, (low, high): (f64, f64)) -> (f64, f64) {
         let largest = low.abs().max(high.abs());
         let is_near = low <= 0.5 * high && high >= 0.5 * low || largest == 0.0;
@@ -95,7 +95,7 @@ impl Axis {
             Zero::Between => (low, high),
             _ if self.logarithmic => (low, high),
             Zero::Near if !is_near => {
-                let more = (LEAST_PART * largest - (high - low)).max(0.0);
+                let more = (MIN_AXIS_SHARE * largest - (high - low)).max(0.0);
                 (low - more / 2.0, high + more / 2.0)
             }
             Zero::Near | Zero::Always => (low.min(0.0), high.max(0.0)),
@@ -107,18 +107,18 @@ impl Axis {
 /// logarithmic axis.
 #[derive(Clone, Debug)]
 pub struct Scale {
-    /// What it shows.
+    /// The axis, without its range.
     pub axis: Axis,
     low: f64,
     high: f64,
     /// Coordinates and labels.
     pub ticks: Vec<(f64, String)>,
-    /// Factor that the labels leave out; empty if it is one.
+    /// Factor that the labels leave out; empty if the factor is one.
     pub factor: String,
 }
 
 impl Scale {
-    /// The scale of an axis that shows `values` (coordinates) with a margin.
+    /// Creates the scale of an axis that shows `values` (coordinates) with a margin.
     pub fn new(axis: Axis, values: impl Iterator<Item = f64>) -> Self {
         if !axis.names.is_empty() {
             let (ticks, high) = (named_ticks(&axis.names), axis.names.len() as f64 - 0.5);
@@ -132,7 +132,7 @@ impl Scale {
         }
         let (low, high) = range(values, &axis);
         let margin = 0.04 * (high - low);
-        // No amount is less than none.
+        // Amounts are not negative.
         let ends_at_zero = axis.zero != Zero::Between && !axis.logarithmic;
         let (below, above) = (
             if ends_at_zero && low == 0.0 {
@@ -167,10 +167,10 @@ impl Scale {
         }
     }
 
-    /// The scale of an axis from the least to the largest of `values` (coordinates).
+    /// Creates the scale of an axis from the smallest to the largest of `values` (coordinates).
     pub fn exact(axis: Axis, values: impl Iterator<Item = f64>) -> Self {
         let (low, high) = range(values, &axis);
-        // So that rounding does not remove a tick at an end.
+        // Rounding must not remove a tick at an end.
         let slack = 1e-9 * (high - low);
         let ticks = if axis.logarithmic {
             logarithmic_ticks
@@ -187,7 +187,7 @@ impl Scale {
         }
     }
 
-    /// The part of the range that lies below a coordinate.
+    /// Returns the part of the range that lies below a coordinate.
     pub fn part(&self, at: f64) -> f64 {
         (at - self.low) / (self.high - self.low)
     }
@@ -199,7 +199,7 @@ impl Scale {
     }
 }
 
-/// The ends of an axis for `values`, with some room if they are equal.
+/// Returns the ends of an axis for `values`, with some room if they are equal.
 fn range(values: impl Iterator<Item = f64>, axis: &Axis) -> (f64, f64) {
     let [low, high] = ends(values);
     if low > high {
@@ -213,7 +213,7 @@ fn range(values: impl Iterator<Item = f64>, axis: &Axis) -> (f64, f64) {
     if axis.zero != Zero::Between && largest == 0.0 && !axis.logarithmic {
         return (0.0, 1.0);
     }
-    // Labels could not tell the ends apart.
+    // Labels could not distinguish the ends.
     let half = match axis.logarithmic {
         true => 0.5,
         false if largest < 1e-290 => 1.0,
@@ -222,7 +222,7 @@ fn range(values: impl Iterator<Item = f64>, axis: &Axis) -> (f64, f64) {
     (low - half, high + half)
 }
 
-/// The coordinate of a value on an axis; none if it cannot be shown.
+/// Returns the coordinate of a value on an axis; none if it cannot be shown.
 pub fn coordinate(axis: &Axis, value: f64) -> Option<f64> {
     let shown = value.abs() < 1e300 && (value > 0.0 || !axis.logarithmic);
     shown.then(|| {
@@ -234,11 +234,11 @@ pub fn coordinate(axis: &Axis, value: f64) -> Option<f64> {
     })
 }
 
-/// Names at their places, cut if they are too long to stand side by side.
+/// Returns names at their places, cut if they are too long to stand side by side.
 fn named_ticks(names: &[String]) -> Vec<(f64, String)> {
-    /// Characters that have room along an axis.
-    const ROOM: usize = 80;
-    let longest = (ROOM / names.len()).max(4);
+    /// Maximum characters along an axis.
+    const MAX_AXIS_CHARS: usize = 80;
+    let longest = (MAX_AXIS_CHARS / names.len()).max(4);
     let cut = |name: &String| match name.chars().count() {
         length if length <= longest => name.clone(),
         _ => name.chars().take(longest - 1).chain(['…']).collect(),
@@ -248,8 +248,8 @@ fn named_ticks(names: &[String]) -> Vec<(f64, String)> {
     })
 }
 
-/// Multiples of 1, 2 or 5 times a power of ten, with their labels and the factor that the labels
-/// leave out.
+/// Returns multiples of 1, 2 or 5 times a power of ten, with their labels and the factor that the
+/// labels leave out.
 pub fn linear_ticks(low: f64, high: f64) -> (Vec<(f64, String)>, String) {
     let least = (high - low) / 7.0;
     let power = 10_f64.powf(least.log10().floor());
@@ -280,8 +280,8 @@ pub fn linear_ticks(low: f64, high: f64) -> (Vec<(f64, String)>, String) {
     (ticks, factor)
 }
 
-/// Ticks between two powers of ten, given by their exponents: at powers of ten; in a narrow range
-/// at 1, 2 and 5 times them; in a still narrower one as on a linear axis.
+/// Returns ticks between two powers of ten, given by their exponents. They are at powers of ten; in
+/// a narrow range at 1, 2 and 5 times them; in a still narrower one as on a linear axis.
 fn logarithmic_ticks(low: f64, high: f64) -> (Vec<(f64, String)>, String) {
     let powers: Vec<f64> = (low.ceil() as i32..=high.floor() as i32)
         .map(f64::from)
@@ -322,7 +322,7 @@ fn logarithmic_ticks(low: f64, high: f64) -> (Vec<(f64, String)>, String) {
     )
 }
 
-/// A digit times a power of ten, as a label.
+/// Returns a digit times a power of ten, as a label.
 fn digit_label(digit: i32, power: i32) -> String {
     match (digit, power) {
         (_, -3..=4) => format!(
@@ -421,7 +421,7 @@ mod tests {
             ([-1.0, 400.0], "0 100 200 300 400"),
             ([-400.0, -300.0], "−400 −380 −360 −340 −320 −300"),
             ([300.0, 400.0], "300 320 340 360 380 400"),
-            // Never less than a hundredth of the values.
+            // At least a hundredth of the values.
             ([400.0, 400.001], "398 399 400 401 402"),
             ([400.0, 400.0], "398 399 400 401 402"),
             ([0.0, 0.0], "0.0 0.2 0.4 0.6 0.8 1.0"),

@@ -7,8 +7,8 @@ use super::color::Color;
 use super::symbols::runs;
 
 impl Canvas {
-    /// The figure as an SVG file. Texts are `<text>` elements, in which subscripts are `<tspan>`;
-    /// without `xml:space`, librsvg and Inkscape drop the spaces beside these.
+    /// Returns the figure as an SVG file. Texts are `<text>` elements with subscripts as `<tspan>`.
+    /// Without `xml:space`, librsvg and Inkscape drop the spaces beside `<tspan>`.
     #[must_use]
     pub fn svg(&self) -> String {
         let (width, height) = self.size();
@@ -135,8 +135,8 @@ fn write_text(
     Ok(())
 }
 
-/// A font size as files state it. Earlier versions rounded 120 to 120.00000000000001 on the way; a
-/// figure whose text has not changed keeps its bytes.
+/// Returns a font size as files state it. Earlier versions rounded 120 to 120.00000000000001. This
+/// detour keeps the bytes of a figure with unchanged text.
 fn written_size(size: i32) -> f64 {
     f64::from(size) * 1.24 / 1.24
 }
@@ -164,7 +164,7 @@ mod tests {
     use super::super::format::Format;
     use super::*;
 
-    /// What an SVG file has for a text.
+    /// Returns the element of a text in an SVG file.
     fn written(words: &str) -> String {
         let mut canvas = Canvas::on(&Format::default(), (10, 10));
         canvas.text(words, text(11, INK).left().upwards(), (3, 4));

@@ -3,9 +3,9 @@
 /// A part of a text in one font size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Run<'a> {
-    /// Its characters.
+    /// Characters of the run.
     pub text: &'a str,
-    /// Whether it is a subscript.
+    /// `true` for a subscript.
     pub is_subscript: bool,
 }
 
@@ -14,7 +14,7 @@ const HEIGHT: i32 = 70;
 const DROP: i32 = 20;
 
 impl Run<'_> {
-    /// Font size of the run in a text of the font size `size`.
+    /// Returns the font size of the run in a text of the font size `size`.
     pub(super) fn size(&self, size: i32) -> i32 {
         if self.is_subscript {
             size * HEIGHT / 100
@@ -23,7 +23,7 @@ impl Run<'_> {
         }
     }
 
-    /// How far the run lies below the baseline of a text of the font size `size`.
+    /// Returns the distance of the run below the baseline of a text of the font size `size`.
     pub(super) fn drop(&self, size: i32) -> i32 {
         if self.is_subscript {
             size * DROP / 100
@@ -36,9 +36,9 @@ impl Run<'_> {
 /// Splits a text into the parts on the baseline and the subscripts of symbols.
 ///
 /// A symbol is one letter, possibly with accents or a leading `Δ`, followed by `_` and its
-/// subscript. A subscript consists of lower-case letters and digits, and of commas without a space
+/// subscript. A subscript consists of lower-case letters, digits, and commas without a space
 /// between them, or of one capital letter. Names such as `relative_tolerance` are not symbols and
-/// stay as they are.
+/// stay unchanged.
 pub fn runs(text: &str) -> Vec<Run<'_>> {
     let mut runs = Vec::new();
     let mut add = |text, is_subscript| runs.push(Run { text, is_subscript });
@@ -57,7 +57,7 @@ pub fn runs(text: &str) -> Vec<Run<'_>> {
     runs
 }
 
-/// Whether `text` ends with a letter that can have a subscript.
+/// Returns `true` if `text` ends with a letter that can have a subscript.
 fn ends_with_symbol(text: &str) -> bool {
     let is_accent = |character: &char| ('\u{300}'..='\u{36F}').contains(character);
     let mut backwards = text.chars().rev().skip_while(is_accent);
@@ -69,7 +69,7 @@ fn ends_with_symbol(text: &str) -> bool {
     is_letter && before.is_none_or(|character| !character.is_alphanumeric() && character != '_')
 }
 
-/// Length in bytes of the subscript at the start of `text`; zero if there is none.
+/// Returns the length in bytes of the subscript at the start of `text`; zero without one.
 fn subscript(text: &str) -> usize {
     let is_part = |byte: &u8| byte.is_ascii_lowercase() || byte.is_ascii_digit();
     let bytes = text.as_bytes();
@@ -88,7 +88,7 @@ fn subscript(text: &str) -> usize {
 mod tests {
     use super::*;
 
-    /// The text with its subscripts in brackets.
+    /// Returns the text with its subscripts in brackets.
     fn marked(text: &str) -> String {
         runs(text)
             .iter()

@@ -1,7 +1,6 @@
 //! Numbers as they are printed.
 
-/// A text with its numbers as they are printed: `-5` with a minus sign, `2e-14` with a power of
-/// ten.
+/// Returns a text with typeset numbers: `-5` with a minus sign, `2e-14` with a power of ten.
 pub(crate) fn typeset(text: &str) -> String {
     let mut typeset = String::with_capacity(text.len());
     let mut rest = text;
@@ -31,7 +30,7 @@ pub(crate) fn typeset(text: &str) -> String {
                     && from.starts_with('e')
                     && last.is_some_and(|last| last.is_ascii_digit()) =>
             {
-                // One times a power of ten is that power.
+                // A factor of one is left out.
                 let before = typeset
                     .strip_suffix('1')
                     .filter(|before| !before.ends_with(|c: char| c.is_alphanumeric() || c == '.'));
@@ -57,7 +56,7 @@ pub(crate) fn typeset(text: &str) -> String {
     typeset + rest
 }
 
-/// `10ⁿ` as a label.
+/// Returns `10ⁿ` as a label.
 pub fn power_of_ten(exponent: f64) -> String {
     const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     let raised = |character: char| {
