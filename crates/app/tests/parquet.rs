@@ -1,5 +1,5 @@
-//! Parquet files have the types of their columns, and as many groups of rows as they need. With
-//! `tests/formats/`, pyarrow compares them with the CSV files, cell by cell.
+//! Parquet files have the types of their columns, and the required number of row groups. pyarrow
+//! compares them with the CSV files, cell by cell (`tests/formats/`).
 
 use std::fs::File;
 use std::io::Write;

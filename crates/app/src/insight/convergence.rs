@@ -1,8 +1,8 @@
-//! How far a result depends on the precision of its computation: on the number of segments, on
-//! tolerances, and on the stiffness between filaments.
+//! Convergence of a result with the precision of its computation: the number of segments,
+//! tolerances, and the stiffness between filaments.
 //!
-//! Settings in, the cases to simulate out ([`Plan`]); their results in, what they say about each of
-//! these settings out ([`Convergence`]).
+//! A [`Plan`] turns settings into the cases to simulate; [`Plan::conclude`] turns their results
+//! into a [`Convergence`], with a series per setting.
 
 use std::io::{self, Write};
 
@@ -16,10 +16,10 @@ use bristle_study::grid::{CaseResult, CaseSummary, Setting, Study};
 use serde_json::json;
 use thiserror::Error;
 
-/// The error of `F_n,w` for which values are chosen, over it.
+/// Relative error of `F_n,w` for which values are chosen.
 pub const GOAL: f64 = 0.01;
 
-/// Keys of the metrics that are judged. The first is the force, for which values are chosen.
+/// Keys of the judged metrics. The first is the force, for which values are chosen.
 const JUDGED: [&str; 6] = [
     "tool_contact_normal_force_n",
     "contact_normal_impulse_n_s",
@@ -29,7 +29,7 @@ const JUDGED: [&str; 6] = [
     "contact_time_s",
 ];
 
-/// Returns the metrics that are judged. The first is the force `F_n,w`.
+/// Returns the judged metrics. The first is the force `F_n,w`.
 pub fn judged() -> impl Iterator<Item = &'static Column<Metrics>> {
     JUDGED.iter().map(|key| {
         let mut columns = Metrics::COLUMNS.iter();
@@ -50,35 +50,35 @@ const BRUSH_TOLERANCE: &str = "brush.tolerance";
 const BRUSH_STIFFNESS: &str = "brush.stiffness_n_m2";
 
 /// Numbers of segments, at ratios of about √2.
-const NUMBERS: [f64; 13] = [
+const SEGMENT_NUMBERS: [f64; 13] = [
     5.0, 8.0, 12.0, 17.0, 25.0, 35.0, 50.0, 70.0, 100.0, 140.0, 200.0, 280.0, 400.0,
 ];
-/// The finest number of segments is at least this multiple of the stated one: its own error is a
-/// quarter of that then. For a filament alone it is also at least the least one, and for a brush,
-/// which takes longer, the coarsest is at least the inverse multiple.
-const FINER: f64 = 2.0;
-const LEAST_FINEST: f64 = 50.0;
-/// The loosest relative tolerance, unless the stated one is looser, and the finest one over that
-/// which is stated.
-const LOOSEST: f64 = 1e-3;
-const FINER_TOLERANCE: f64 = 1e-2;
-/// Tolerances of a brush over the stated one. Steps are no longer beyond [`LOOSEST`].
+/// Minimum ratio of the finest number of segments to the stated one; the finest error is then a
+/// quarter. A filament alone also has a minimum finest number. A brush takes longer: its coarsest
+/// number is at least the stated one over this ratio.
+const MIN_REFINEMENT: f64 = 2.0;
+const MIN_FINEST_SEGMENTS: f64 = 50.0;
+/// Loosest relative tolerance, unless the stated one is looser, and ratio of the finest tolerance
+/// to the stated one.
+const MAX_TOLERANCE: f64 = 1e-3;
+const MIN_TOLERANCE_SHARE: f64 = 1e-2;
+/// Tolerances of a brush over the stated one. Beyond [`MAX_TOLERANCE`] steps do not grow.
 const BRUSH_TOLERANCES: [f64; 5] = [10.0, 3.0, 1.0, 0.3, 0.1];
 /// Stiffnesses over the stated one.
 const STIFFNESSES: [f64; 5] = [0.1, 0.3, 1.0, 3.0, 10.0];
 /// Slack in comparisons of decimal numbers.
 const ROUNDING: f64 = 1e-9;
 
-/// Why nothing can be said.
+/// Reasons why convergence cannot be judged.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ConvergenceError {
-    /// The settings are wrong.
+    /// Invalid settings.
     #[error("{0}")]
     Settings(Violation),
-    /// The settings as they are stated cannot be simulated.
+    /// The stated settings cannot be simulated.
     #[error("the case that the file states cannot be simulated: {0}")]
     Stated(String),
-    /// There is no force.
+    /// The force is zero.
     #[error(
         "the filaments do not touch the workpiece: F_n,w is 0, and there is nothing to compare"
     )]
@@ -87,15 +87,15 @@ pub enum ConvergenceError {
 
 /// The cases to simulate.
 pub struct Plan {
-    /// The first one has the settings as they are stated.
+    /// The first case has the stated settings.
     cases: Vec<Settings>,
-    /// Settings with their values from coarse to fine, and the cases that have them.
+    /// Settings with their values from coarse to fine, and the case of each value.
     series: Vec<(&'static Parameter, Vec<(f64, usize)>)>,
 }
 
 impl Plan {
-    /// The cases in which one setting after the other has other values than in `settings`, which
-    /// state a depth. Tools are not sampled: filaments of a brush alone vary.
+    /// Creates the cases in which one setting after the other differs from `settings`, which state
+    /// a depth. Tools are not sampled; only filaments within a brush vary.
     ///
     /// # Errors
     /// If the settings are wrong.
@@ -125,7 +125,7 @@ impl Plan {
         Ok(plan)
     }
 
-    /// The number of the case with a value; none if it cannot have it.
+    /// Returns the number of the case with a value; none if the settings cannot have it.
     fn case(&mut self, parameter: &Parameter, value: f64) -> Option<usize> {
         let stated = &self.cases[0];
         if parameter.get(stated) == value {
@@ -138,19 +138,19 @@ impl Plan {
         Some(self.cases.len() - 1)
     }
 
-    /// The cases, in any order of simulation.
+    /// Returns the cases, for simulation in any order.
     #[must_use]
     pub fn study(&self) -> Study {
         Study::of_cases(self.cases.clone())
     }
 
-    /// What the results of all cases say.
+    /// Judges the convergence from the results of all cases.
     ///
     /// # Errors
-    /// If the settings as they are stated have no force.
+    /// If the stated settings have no force.
     ///
     /// # Panics
-    /// If there is not one result per case.
+    /// If the number of results is not the number of cases.
     pub fn conclude(self, results: &[CaseResult]) -> Result<Convergence, ConvergenceError> {
         assert_eq!(results.len(), self.cases.len(), "a result for each case");
         match &results[0] {
@@ -177,12 +177,12 @@ impl Plan {
     }
 }
 
-/// Simulates the cases for the settings that a file states, by `simulate`, and returns what they
-/// say. With a force (N) in place of a depth, `at_depth` learns it, and the settings at the depth
-/// that reaches it; all cases have this depth.
+/// Simulates the cases for the stated settings by `simulate`, and returns their convergence. With a
+/// force (N) in place of a depth, first finds the depth that reaches it. All cases have this depth;
+/// `at_depth` receives the force, and the settings at this depth.
 ///
 /// # Errors
-/// Those of `simulate`, and `refused` if nothing can be said.
+/// Errors of `simulate`, and `refused` if convergence cannot be judged.
 pub fn converge<E>(
     stated: Settings,
     mut simulate: impl FnMut(Study) -> Result<Vec<CaseResult>, E>,
@@ -204,23 +204,27 @@ pub fn converge<E>(
     plan.conclude(&results).map_err(refused)
 }
 
-/// The values of a setting that are compared, from coarse to fine.
+/// Returns the compared values of a setting, from coarse to fine.
 fn values(parameter: &Parameter, settings: &Settings) -> Vec<f64> {
     let stated = parameter.get(settings);
     let mut values: Vec<f64> = match parameter.path {
         SEGMENTS => {
             let is_brush = settings.brush.is_some();
             let finest = if is_brush {
-                FINER * stated
+                MIN_REFINEMENT * stated
             } else {
-                LEAST_FINEST.max(FINER * stated)
+                MIN_FINEST_SEGMENTS.max(MIN_REFINEMENT * stated)
             };
-            let end = NUMBERS
+            let end = SEGMENT_NUMBERS
                 .iter()
                 .position(|&number| number >= finest)
-                .unwrap_or(NUMBERS.len() - 1);
-            let coarsest = if is_brush { stated / FINER } else { 0.0 };
-            NUMBERS[..=end]
+                .unwrap_or(SEGMENT_NUMBERS.len() - 1);
+            let coarsest = if is_brush {
+                stated / MIN_REFINEMENT
+            } else {
+                0.0
+            };
+            SEGMENT_NUMBERS[..=end]
                 .iter()
                 .copied()
                 .filter(|&number| number >= coarsest)
@@ -228,8 +232,8 @@ fn values(parameter: &Parameter, settings: &Settings) -> Vec<f64> {
         }
         SOLVER_TOLERANCE => {
             let (loosest, finest) = (
-                LOOSEST.max(stated),
-                FINER_TOLERANCE * stated * (1.0 - ROUNDING),
+                MAX_TOLERANCE.max(stated),
+                MIN_TOLERANCE_SHARE * stated * (1.0 - ROUNDING),
             );
             let powers = (2..=10).map(|power| format!("1e-{power}").parse().expect("a number"));
             powers
@@ -237,7 +241,7 @@ fn values(parameter: &Parameter, settings: &Settings) -> Vec<f64> {
                 .collect()
         }
         BRUSH_TOLERANCE => {
-            let loosest = LOOSEST.max(stated) * (1.0 + ROUNDING);
+            let loosest = MAX_TOLERANCE.max(stated) * (1.0 + ROUNDING);
             times(stated, BRUSH_TOLERANCES)
                 .filter(|&tolerance| tolerance <= loosest)
                 .collect()
@@ -253,7 +257,7 @@ fn values(parameter: &Parameter, settings: &Settings) -> Vec<f64> {
     values
 }
 
-/// A value times some factors, without the digits that rounding leaves.
+/// Returns a value times some factors, without digits from rounding.
 fn times(value: f64, factors: [f64; 5]) -> impl Iterator<Item = f64> {
     factors.into_iter().map(move |factor| {
         if factor == 1.0 {
@@ -268,54 +272,54 @@ fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().expect("a number")
 }
 
-/// Whether smaller values are more precise.
+/// Returns `true` if smaller values are more precise.
 fn is_finer_below(parameter: &Parameter) -> bool {
     [SOLVER_TOLERANCE, BRUSH_TOLERANCE].contains(&parameter.path)
 }
 
-/// What a result is for several values of one setting, where all others are as stated.
+/// Results for several values of one setting, with all others as stated.
 pub struct Series {
-    /// The setting.
+    /// The varied setting.
     pub parameter: &'static Parameter,
     /// Its value in the file.
     pub stated: f64,
     /// Its values, from coarse to fine.
     pub values: Vec<f64>,
-    /// The result of each.
+    /// Result of each value.
     pub results: Vec<CaseResult>,
 }
 
-/// The value of a metric that finer and finer values of a setting tend to.
+/// Limit of a metric as the values of a setting become finer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limit {
-    /// In the metric's unit.
+    /// Limit in the metric's unit.
     pub value: f64,
-    /// The power of the length of a segment with which the error falls, if the metric is
-    /// extrapolated with it; none if the limit is the metric of the finest value.
+    /// Power of the length of a segment with which the error falls, if the metric is extrapolated.
+    /// None if the limit is the metric of the finest value.
     pub order: Option<f64>,
 }
 
 impl Series {
-    /// The setting, as people read it.
+    /// Returns the setting for display.
     #[must_use]
     pub fn setting(&self) -> Setting {
         Setting::Number(self.parameter)
     }
 
-    /// The result of the value at a position; none where the simulation failed.
+    /// Returns the result of the value at a position; none if the simulation failed.
     #[must_use]
     pub fn summary(&self, index: usize) -> Option<&CaseSummary> {
         self.results[index].as_ref().ok()
     }
 
-    /// The metric of the value at a position; none where the simulation failed.
+    /// Returns the metric of the value at a position; none if the simulation failed.
     #[must_use]
     pub fn value(&self, metric: &Column<Metrics>, index: usize) -> Option<f64> {
         self.summary(index)
             .map(|summary| metric.get(&summary.metrics))
     }
 
-    /// The position of the finest value that has a result.
+    /// Returns the position of the finest value with a result.
     #[must_use]
     pub fn finest(&self) -> usize {
         (0..self.values.len())
@@ -324,7 +328,7 @@ impl Series {
             .expect("the stated value has a result")
     }
 
-    /// The position of the stated value.
+    /// Returns the position of the stated value.
     #[must_use]
     pub fn stated(&self) -> usize {
         let mut values = self.values.iter();
@@ -333,16 +337,16 @@ impl Series {
             .expect("the stated value is among them")
     }
 
-    /// The force of the value at a position against that of the finest one, as a part of it; none
-    /// where the simulation failed.
+    /// Returns the relative change of the force at a position against that of the finest value;
+    /// none if the simulation failed.
     #[must_use]
     pub fn change(&self, index: usize) -> Option<f64> {
         let finest = self.value(force(), self.finest())?;
         Some((self.value(force(), index)? - finest) / finest)
     }
 
-    /// The numbers of outer nodes that touched, if they differ among the finest four numbers of
-    /// segments: the contact itself changes, and nothing is extrapolated.
+    /// Returns the numbers of contacting outer nodes, if they differ among the finest four numbers
+    /// of segments. The contact itself then changes, and no limit is extrapolated.
     #[must_use]
     pub fn changing_nodes(&self) -> Option<Vec<usize>> {
         let finest = self.finest();
@@ -353,16 +357,17 @@ impl Series {
         (self.parameter.path == SEGMENTS && changes).then_some(last)
     }
 
-    /// Returns what a metric tends to.
+    /// Returns the limit of a metric.
     ///
-    /// It is extrapolated (Richardson) over the number of segments alone, where the error is known
-    /// to fall with a power of their length, and only if the finest four agree on this power and on
-    /// the number of nodes that touch.
+    /// The limit is extrapolated (Richardson) over the number of segments alone, where the error is
+    /// known to fall with a power of their length. The finest four results must agree on this power
+    /// and on the number of contacting nodes.
     #[must_use]
     pub fn limit(&self, metric: &Column<Metrics>) -> Limit {
-        /// Powers that agree, and the least relative change that is none of the tolerance's.
-        const AGREES: f64 = 0.25;
-        const RESOLVED: f64 = 1e-5;
+        /// Maximum difference between powers, and minimum relative change that exceeds the effect
+        /// of the tolerance.
+        const MAX_ORDER_DIFFERENCE: f64 = 0.25;
+        const MIN_RELATIVE_CHANGE: f64 = 1e-5;
         let finest = self.finest();
         let value = self.value(metric, finest).expect("it has a result");
         let unknown = Limit { value, order: None };
@@ -376,14 +381,14 @@ impl Series {
         let changes = last.windows(2).map(|pair| pair[1].1 - pair[0].1);
         if changes
             .clone()
-            .any(|change| change.abs() < RESOLVED * value.abs())
+            .any(|change| change.abs() < MIN_RELATIVE_CHANGE * value.abs())
         {
             return unknown;
         }
         let (Some(before), Some(order)) = (order(&last[..3]), order(&last[1..])) else {
             return unknown;
         };
-        if (before - order).abs() > AGREES {
+        if (before - order).abs() > MAX_ORDER_DIFFERENCE {
             return unknown;
         }
         let [(coarse, at_coarse), (fine, at_fine)] = [last[2], last[3]];
@@ -394,9 +399,8 @@ impl Series {
         }
     }
 
-    /// The error of a metric at a position against [`Series::limit`], as a part of it; none where
-    /// it is unknown: where the simulation failed, and at the finest value if nothing is
-    /// extrapolated.
+    /// Returns the relative error of a metric at a position against [`Series::limit`]. None if the
+    /// simulation failed, or for the finest value if the limit is not extrapolated.
     #[must_use]
     pub fn error(&self, metric: &Column<Metrics>, index: usize) -> Option<f64> {
         let limit = self.limit(metric);
@@ -411,13 +415,14 @@ impl Series {
         })
     }
 
-    /// The error of a metric with the value that is stated.
+    /// Returns the relative error of a metric at the stated value.
     #[must_use]
     pub fn stated_error(&self, metric: &Column<Metrics>) -> Option<f64> {
         self.error(metric, self.stated())
     }
 
-    /// The coarsest value from which on all errors of the force are at most `goal`.
+    /// Returns the coarsest value from which on all relative errors of the force are at most
+    /// `goal`.
     #[must_use]
     pub fn enough(&self, goal: f64) -> Option<f64> {
         let known = (0..=self.finest())
@@ -431,18 +436,18 @@ impl Series {
     }
 }
 
-/// The power `p` with which the differences of values at three lengths, `(length, value)` from
-/// coarse to fine, fall: `(f_1 − f_2)/(f_2 − f_3) = (x_1^p − x_2^p)/(x_2^p − x_3^p)`. None if there
-/// is none between ½ and 4.
+/// Returns the power `p` with which differences between values at three lengths fall:
+/// `(f_1 − f_2)/(f_2 − f_3) = (x_1^p − x_2^p)/(x_2^p − x_3^p)`. Points are `(length, value)`, from
+/// coarse to fine. None if there is no power between ½ and 4.
 fn order(points: &[(f64, f64)]) -> Option<f64> {
-    const RANGE: [f64; 2] = [0.5, 4.0];
+    const ORDER_RANGE: [f64; 2] = [0.5, 4.0];
     let &[(x1, f1), (x2, f2), (x3, f3)] = points else {
         return None;
     };
     let ratio = (f1 - f2) / (f2 - f3);
     let excess = |p: f64| (x1.powf(p) - x2.powf(p)) / (x2.powf(p) - x3.powf(p)) - ratio;
-    let [mut low, mut high] = RANGE;
-    // The ratio of the differences of powers grows with the power.
+    let [mut low, mut high] = ORDER_RANGE;
+    // The ratio of the differences between powers grows with the power.
     if !(excess(low) < 0.0 && excess(high) > 0.0) {
         return None;
     }
@@ -457,38 +462,38 @@ fn order(points: &[(f64, f64)]) -> Option<f64> {
     Some(low)
 }
 
-/// What results say about the precision of their computation.
+/// Convergence of the results with all varied settings.
 pub struct Convergence {
-    /// The settings as they are stated, at their depth.
+    /// The stated settings, at their depth.
     pub settings: Settings,
-    /// One per setting.
+    /// One series per setting.
     pub series: Vec<Series>,
 }
 
 impl Convergence {
-    /// The largest error that each of the settings may have for [`GOAL`].
+    /// Returns the largest relative error that each setting may have for [`GOAL`].
     #[must_use]
     pub fn goal_of_each(&self) -> f64 {
         GOAL / self.series.len() as f64
     }
 
-    /// For each setting, the coarsest value that is enough for [`GOAL`] together with the others.
+    /// Returns for each setting the coarsest value that reaches [`GOAL`] together with the others.
     pub fn choices(&self) -> impl Iterator<Item = Option<f64>> {
         self.series
             .iter()
             .map(|series| series.enough(self.goal_of_each()))
     }
 
-    /// The sum of the errors of a metric of the values that are stated; none if one of them is not
-    /// known.
+    /// Returns the sum of the relative errors of a metric at all stated values; none if one is
+    /// unknown.
     #[must_use]
     pub fn stated_error(&self, metric: &Column<Metrics>) -> Option<f64> {
         let errors = self.series.iter().map(|series| series.stated_error(metric));
         errors.sum()
     }
 
-    /// The text of `converge.json`: version, settings, and for each setting its values with the
-    /// metrics, their limits and the errors as stated.
+    /// Returns the text of `converge.json`: version, settings, and for each setting its values with
+    /// the metrics, their limits and the errors as stated.
     #[must_use]
     pub fn json(&self) -> String {
         let of_metric = |series: &Series, metric: &Column<Metrics>| {
@@ -570,7 +575,7 @@ mod tests {
     use super::*;
     use crate::insight::testing::{metrics_of, with_force};
 
-    /// A series whose force is a function of the value.
+    /// Returns a series whose force is a function of the value.
     fn series(path: &str, stated: f64, force: impl Fn(f64) -> f64) -> Series {
         let parameter = Parameter::find(path).expect(path);
         let mut settings = Settings::paper(10.0, 1e-3);
@@ -631,8 +636,8 @@ mod tests {
             series(SEGMENTS, 25.0, |n| 100.0 * (1.0 + 1.0 / (n * n))).enough(0.0005),
             Some(50.0)
         );
-        // What oscillates, or is noise, has no order: the finest value is the reference, and its
-        // own error is unknown.
+        // Oscillation or noise has no order: the finest value is the reference, and its own error
+        // is unknown.
         for irregular in [
             series(SEGMENTS, 25.0, |n| {
                 100.0 + if n % 2.0 == 0.0 { 1.0 } else { 0.0 }

@@ -1,4 +1,4 @@
-//! In which settings the named tools of a study differ.
+//! Settings in which the named tools of a study differ.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,19 +9,19 @@ use serde_json::Value;
 use bristle_study::grid::{Setting, Study};
 use bristle_study::text::number::short;
 
-/// A setting that is not the same for all tools.
+/// A setting that differs between tools.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// Its dotted path.
+    /// Dotted path of the setting.
     pub path: String,
     /// Name, symbol and unit; the path if it is not a number.
     pub label: String,
-    /// The value of each tool, in the unit of the label.
+    /// Value of each tool, in the unit of the label.
     pub values: Vec<String>,
 }
 
-/// The settings in which the named tools of a study differ, in the order of the table of settings;
-/// others follow. What the study sweeps is not one of them.
+/// Returns the settings in which the named tools of a study differ, in the order of the table of
+/// settings; others follow. Swept settings are excluded.
 #[must_use]
 pub fn tool_differences(study: &Study) -> Vec<Difference> {
     let tools = study.tools().len();
@@ -79,7 +79,7 @@ pub fn tool_differences(study: &Study) -> Vec<Difference> {
     differences
 }
 
-/// The values within an object of objects, by dotted path.
+/// Returns the values within nested objects, by dotted path.
 fn leaves(value: &Value) -> BTreeMap<String, Value> {
     let mut found = BTreeMap::new();
     let mut open = vec![(String::new(), value)];

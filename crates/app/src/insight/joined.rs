@@ -1,7 +1,7 @@
-//! Saved studies as one study that compares their tools, at the settings that all of them have.
+//! Saved studies joined into one that compares their tools, at the settings that they share.
 //!
-//! Each study is a named tool of the whole, or several if it compares tools itself. Nothing is
-//! simulated or interpolated: a case of the whole is a case of one of the studies.
+//! Each study is a named tool of the joined study, or several if it compares tools itself. No case
+//! is simulated or interpolated: each comes from one of the studies.
 
 use std::cmp::Ordering;
 
@@ -15,38 +15,38 @@ use bristle_study::grid::{
 };
 use bristle_study::input::measured::{Measurement, Quantity, Speed, same};
 
-/// Longest name of a study in a message, in characters.
-const LONGEST_NAME: usize = 60;
+/// Maximum length of a study's name in a message, in characters.
+const MAX_NAME_CHARS: usize = 60;
 
-/// A saved study, its results, and its name in the whole.
+/// A saved study, its results, and its name in the joined study.
 #[derive(Clone, Debug)]
 pub struct NamedStudy {
-    /// Its name.
+    /// Name of the study.
     pub name: String,
     /// The study.
     pub saved: SavedStudy,
-    /// Its results, one per case.
+    /// Results, one per case.
     pub results: Vec<CaseResult>,
-    /// The measured forces that it was compared with.
+    /// Measured forces that the study was compared with.
     pub measured: Vec<Measurement>,
 }
 
-/// Several studies as one.
+/// Several studies joined into one.
 #[derive(Clone, Debug)]
 pub struct Joined {
-    /// The whole, over named tools.
+    /// The joined study, over named tools.
     pub study: Study,
-    /// Its results.
+    /// Results of the joined study.
     pub results: Vec<CaseResult>,
-    /// The measured forces of all, with the kind of speed of the first.
+    /// Measured forces of all studies, with the kind of speed of the first.
     pub measured: Vec<Measurement>,
-    /// What is left out of each study, in sentences.
+    /// Values that are left out of each study, in sentences.
     pub notes: Vec<String>,
-    /// The builds that simulated them.
+    /// The builds that simulated the studies.
     pub origin: Origin,
 }
 
-/// Why studies cannot be compared, in words.
+/// Reason why studies cannot be compared, in words.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{0}")]
 pub struct JoinError(String);
@@ -65,23 +65,23 @@ impl From<StudyError> for JoinError {
 
 /// A tool of one of the studies.
 struct JoinedTool<'a> {
-    /// Its name in the whole.
+    /// Name of the tool in the joined study.
     name: String,
     study: &'a Study,
     results: &'a [CaseResult],
     measured: &'a [Measurement],
-    /// Its position among the tools of the study.
+    /// Position among the tools of its study.
     position: usize,
-    /// Its first case, and the number of its cases.
+    /// Number of its first case, and of its cases.
     first: usize,
     count: usize,
 }
 
-/// The values of a setting along an axis of a part.
+/// Values of a setting along an axis of a part.
 struct Values {
-    /// In SI units.
+    /// Values in SI units.
     values: Vec<f64>,
-    /// What a step along the axis adds to the number of the case; zero if there is one value.
+    /// Increment of the case number per step along the axis; zero for a single value.
     stride: usize,
 }
 
@@ -96,12 +96,12 @@ struct Shared {
     parameter: &'static Parameter,
     /// The common values, in the order of the first part.
     values: Vec<f64>,
-    /// Those of each part.
+    /// Values of each part.
     of_parts: Vec<Values>,
 }
 
 impl<'a> JoinedTool<'a> {
-    /// The tools of a study.
+    /// Returns the tools of a study.
     fn all(
         NamedStudy {
             name,
@@ -135,7 +135,7 @@ impl<'a> JoinedTool<'a> {
         }
     }
 
-    /// The swept numbers, each with what a step adds to the number of the case.
+    /// Returns the swept numbers, each with the increment of the case number per step.
     fn axes(&self) -> impl Iterator<Item = (&'a Sweep, usize)> {
         let mut stride = self.count;
         self.study
@@ -148,8 +148,8 @@ impl<'a> JoinedTool<'a> {
             })
     }
 
-    /// The values of a setting: those of its axis, of one from which it follows alone, or the only
-    /// one. `None` if it depends on several axes.
+    /// Returns the values of a setting: those of its axis, those derived from another axis alone,
+    /// or the only one. `None` if it depends on several axes.
     fn values(&self, parameter: &'static Parameter) -> Option<Values> {
         let own = self
             .axes()
@@ -173,8 +173,8 @@ impl<'a> JoinedTool<'a> {
         follows_alone.then_some(Values { values, stride })
     }
 
-    /// Its tool in the whole, which holds what has one value and follows from other settings,
-    /// unless `shared` axes state it.
+    /// Returns the tool in the joined study. It holds derived settings with a single value, unless
+    /// `shared` axes state them.
     fn tool(&self, shared: &[Shared]) -> Tool {
         let is_shared = |parameter: &Parameter| {
             shared.iter().any(|axis| {
@@ -207,8 +207,8 @@ impl<'a> JoinedTool<'a> {
         }
     }
 
-    /// The forces that were measured with it, with their speeds by the quantity `kind`, as those of
-    /// the tool `number`.
+    /// Returns the forces measured with this tool as forces of the tool `number`. Their speeds are
+    /// stated by the quantity `kind`.
     fn measured(&self, number: usize, kind: Quantity) -> impl Iterator<Item = Measurement> {
         let settings = self.study.settings(self.first);
         let of_kind = move |speed: Speed| speed.stated_by(kind, &settings);
@@ -223,13 +223,13 @@ impl<'a> JoinedTool<'a> {
         })
     }
 
-    /// Its values in words.
+    /// Returns values of a setting in words.
     fn range(&self, parameter: &'static Parameter, values: &[f64]) -> String {
         let setting = Setting::Number(parameter);
         let ends =
             [f64::min, f64::max].map(|of| values.iter().copied().reduce(of).unwrap_or(f64::NAN));
         let [least, largest] = ends.map(|value| setting.text(value));
-        let name = shown(&self.name, LONGEST_NAME);
+        let name = shown(&self.name, MAX_NAME_CHARS);
         match values.len() {
             1 => format!("{name} has {least}"),
             count => format!("{name} has {count} values from {least} to {largest}"),
@@ -237,8 +237,8 @@ impl<'a> JoinedTool<'a> {
     }
 }
 
-/// The settings of whose groups the whole may have an axis: velocity and depth always, then what
-/// some part sweeps. Each with the ways in which the parts state it.
+/// Returns the settings that may be axes of the joined study: velocity and depth always, then those
+/// that some part sweeps. Each comes with the ways in which the parts state it.
 fn candidates(parts: &[JoinedTool<'_>]) -> Vec<Vec<&'static Parameter>> {
     let process = [VELOCITY, DEPTH].into_iter().filter_map(Parameter::find);
     let swept = parts
@@ -268,8 +268,8 @@ fn candidates(parts: &[JoinedTool<'_>]) -> Vec<Vec<&'static Parameter>> {
     groups
 }
 
-/// The axis that the parts share in one of the `ways` to state it. `None` if it is a property of
-/// each tool.
+/// Returns the axis that the parts share in one of the `ways` to state it. `None` if the setting is
+/// a property of each tool.
 fn shared_axis(
     parts: &[JoinedTool<'_>],
     ways: &[&'static Parameter],
@@ -291,7 +291,7 @@ fn shared_axis(
                     "`{}` of {} is another in each case, because it follows from other swept settings: the studies have no common \
                      axis\n   = help: state the speed, or the number of filaments, alike in all studies",
                     parameter.path,
-                    shown(&part.name, LONGEST_NAME)
+                    shown(&part.name, MAX_NAME_CHARS)
                 )));
                 continue;
             }
@@ -323,7 +323,7 @@ fn shared_axis(
             parameter.path
         )));
     }
-    // What no part sweeps over several values is a property of each tool.
+    // A setting that no part sweeps over several values is a property of each tool.
     let is_of_group = |sweep: &Sweep| ways.iter().any(|way| way.path == sweep.path());
     let is_swept = parts
         .iter()
@@ -334,7 +334,7 @@ fn shared_axis(
         .map_or(Ok(None), Err)
 }
 
-/// What a part has beyond the shared values, in a sentence; `None` if it has nothing else.
+/// Returns a sentence about the values of a part that are left out; `None` without any.
 fn left_out(part: &JoinedTool<'_>, number: usize, shared: &[Shared]) -> Option<String> {
     let of_axis = |axis: &Shared| {
         let (own, kept) = (axis.of_parts[number].values.len(), axis.values.len());
@@ -348,17 +348,17 @@ fn left_out(part: &JoinedTool<'_>, number: usize, shared: &[Shared]) -> Option<S
     (!axes.is_empty()).then(|| {
         format!(
             "of {}, {} are compared",
-            shown(&part.name, LONGEST_NAME),
+            shown(&part.name, MAX_NAME_CHARS),
             axes.join(" and ")
         )
     })
 }
 
-/// Joins studies, at the values that all of them have.
+/// Joins studies, at the values that they share.
 ///
 /// # Errors
-/// If there is no common value of a swept setting, of velocity or of depth, or the names are not
-/// those of tools.
+/// If there is no common value of a swept setting, of velocity or of depth, or the names cannot be
+/// names of tools.
 pub fn join(studies: &[NamedStudy]) -> Result<Joined, JoinError> {
     let parts: Vec<JoinedTool<'_>> = studies.iter().flat_map(JoinedTool::all).collect();
     if studies.len() < 2 {
@@ -372,7 +372,7 @@ pub fn join(studies: &[NamedStudy]) -> Result<Joined, JoinError> {
     let axes: Vec<Shared> = axes
         .filter_map(Result::transpose)
         .collect::<Result<_, _>>()?;
-    // What no study sweeps is a setting like others.
+    // A setting that no study sweeps is a setting like others.
     let is_swept = |axis: &Shared| {
         parts
             .iter()
@@ -446,7 +446,7 @@ mod tests {
 
     const HEAD: &str = brush!(4);
 
-    /// A study whose cases have their numbers, counted from `first`, as forces.
+    /// Returns a study whose case numbers, counted from `first`, are its forces.
     fn named(name: &str, text: &str, first: usize) -> NamedStudy {
         let study = testing::study(text);
         let result = |case| with_force((first + case) as f64, 0.0);

@@ -1,4 +1,4 @@
-//! A quantity in all cases of a study, in a unit that makes its numbers readable.
+//! Quantities in all cases of a study, in units that make their numbers readable.
 
 use bristle::model::metrics::{Metrics, RemovalLaw};
 use bristle::model::record::{Column, Prominence, Record, Scale, Scope};
@@ -8,7 +8,7 @@ use bristle_study::grid::uncertainty::ForceScatter;
 use bristle_study::grid::{CaseResult, CaseSummary, Interaction};
 use bristle_study::text::number::spanning;
 
-/// The metric that advice and comparisons use.
+/// Metric that advice and comparisons use.
 const TOOL_FORCE: &str = "tool_contact_normal_force_n";
 
 /// A quantity of a case.
@@ -30,9 +30,9 @@ pub struct Quantity {
 #[derive(Clone, Debug)]
 enum Parts {
     Metric(&'static Column<Metrics>),
-    /// Upper and lower end of the band of the tool force.
+    /// Upper and lower end of the interval of the tool force.
     Band,
-    /// What a brush has beyond its metrics.
+    /// Effect of interaction in a brush.
     Interaction(&'static Column<Interaction>),
 }
 
@@ -44,7 +44,7 @@ impl Parts {
         }
     }
 
-    /// One part, if it is known.
+    /// Returns one part, if it is known.
     fn get(&self, summary: &CaseSummary, part: usize) -> Option<f64> {
         match self {
             Self::Metric(column) => Some(column.get(&summary.metrics)),
@@ -67,13 +67,12 @@ impl Quantity {
         matches!(self.parts, Parts::Metric(column) if column.key == key)
     }
 
-    /// The metrics that tables of these results show, in the order used in files.
+    /// Returns the metrics that tables of these results show, in the order used in files.
     pub fn headlines(results: &[CaseResult]) -> impl Iterator<Item = Self> {
         shown_metrics(Prominence::Headline, results).map(Self::metric)
     }
 
-    /// What the drive and the workpiece feel next to the tool force: the other headlines of the
-    /// tool.
+    /// Returns the headline metrics of the tool besides its force: the load on drive and workpiece.
     pub fn machine(results: &[CaseResult]) -> impl Iterator<Item = Self> {
         let of_tool = |column: &&Column<Metrics>| {
             column.display.scope == Scope::Tool && column.key != TOOL_FORCE
@@ -83,7 +82,7 @@ impl Quantity {
             .map(Self::metric)
     }
 
-    /// The band of the tool force, where filaments scatter.
+    /// Returns the interval of the tool force, where filaments scatter.
     #[must_use]
     pub fn band() -> Self {
         let name = "upper and lower end of the band that contains 95 % of the tools";
@@ -95,7 +94,7 @@ impl Quantity {
         }
     }
 
-    /// What interaction changes, where the cases are brushes.
+    /// Returns the effects of interaction, where the cases are brushes.
     pub fn interaction() -> impl Iterator<Item = Self> {
         let shown = Interaction::COLUMNS
             .iter()
@@ -133,21 +132,21 @@ impl Quantity {
     }
 }
 
-/// A force this small against F_n,w is none.
-const NOISE: f64 = 1e-4;
+/// Maximum share of F_n,w at which a force counts as zero.
+const MAX_NOISE_SHARE: f64 = 1e-4;
 
-/// The metrics of at least this prominence, in the order used in files, without optional ones that
-/// are zero in all results, and without lateral amplifications if all passes are stable. A depth
-/// that was found for a force is always among them.
+/// Returns the metrics of at least this prominence, in the order used in files. Optional metrics
+/// that are zero in all results are left out, and lateral amplifications if all passes are stable.
+/// A depth that was found for a force is always among them.
 pub fn shown_metrics(
     least: Prominence,
     results: &[CaseResult],
 ) -> impl Iterator<Item = &'static Column<Metrics>> {
     let varies = |column: &Column<Metrics>| {
-        // Forces that cancel, as those of a cup all round, leave the tolerance of their parts.
+        // Forces that cancel, as all around a cup, leave the tolerance of their parts.
         let noise = |metrics: &Metrics| {
             if column.unit == "N" {
-                NOISE * metrics.tool_contact_normal_force_n
+                MAX_NOISE_SHARE * metrics.tool_contact_normal_force_n
             } else {
                 0.0
             }
@@ -164,7 +163,7 @@ pub fn shown_metrics(
         .iter()
         .flatten()
         .any(|case| case.metrics.force_stiffness_n_m != 0.0);
-    // What is not known of removal, and what an edge would have, is zero in all of them, and
+    // Unknown metrics of removal, and metrics of an absent edge, are zero in all of them, and
     // optional.
     let anything = RemovalLaw {
         preston: Some(0.0),
@@ -197,15 +196,15 @@ pub struct Readable {
     unit: String,
     /// Factor from SI to this unit.
     factor: f64,
-    /// The numbers of each part in this unit. Unknown numbers are `None`.
+    /// Numbers of each part in this unit. Unknown numbers are `None`.
     parts: Vec<Vec<Option<f64>>>,
-    /// The text that replaces an unknown number, for each case.
+    /// Text in place of an unknown number, for each case.
     unknown: Vec<&'static str>,
     decimals: usize,
 }
 
 impl Readable {
-    /// The quantity in the results of a study.
+    /// Scales the quantity in the results of a study.
     #[must_use]
     pub fn new(quantity: Quantity, results: &[CaseResult]) -> Self {
         const PREFIXES: [(&str, f64); 6] = [
@@ -254,31 +253,31 @@ impl Readable {
         }
     }
 
-    /// The force of the tool.
+    /// Returns the forces of the tool.
     #[must_use]
     pub fn tool_forces(results: &[CaseResult]) -> Self {
         Self::new(Quantity::tool_force(), results)
     }
 
-    /// The unit of the numbers.
+    /// Returns the unit of the numbers.
     #[must_use]
     pub fn unit(&self) -> &str {
         &self.unit
     }
 
-    /// Factor from SI to the unit of the numbers.
+    /// Returns the factor from SI to the unit of the numbers.
     #[must_use]
     pub fn factor(&self) -> f64 {
         self.factor
     }
 
-    /// The number of parts of a case.
+    /// Returns the number of parts of a case.
     #[must_use]
     pub fn part_count(&self) -> usize {
         self.parts.len()
     }
 
-    /// The symbol, or else the last word of the name, and its qualifier.
+    /// Returns the symbol, or else the last word of the name, and the qualifier.
     #[must_use]
     pub fn symbol(&self, qualifier: &str) -> String {
         let Quantity { symbol, name, .. } = self.quantity;
@@ -290,7 +289,7 @@ impl Readable {
         format!("{symbol}{qualifier}")
     }
 
-    /// [`Readable::symbol`], and the unit if there is one.
+    /// Returns [`Readable::symbol`], and the unit if there is one.
     #[must_use]
     pub fn heading(&self, qualifier: &str) -> String {
         let symbol = self.symbol(qualifier);
@@ -301,7 +300,7 @@ impl Readable {
         }
     }
 
-    /// The parts of a case.
+    /// Returns the parts of a case as texts.
     pub fn texts(&self, case: usize) -> impl Iterator<Item = String> {
         let text = move |values: &Vec<Option<f64>>| {
             values[case].map_or_else(|| self.unknown[case].to_owned(), |value| self.scaled(value))
@@ -309,11 +308,11 @@ impl Readable {
         self.parts.iter().map(text)
     }
 
-    /// A number in the unit of this quantity.
+    /// Returns a number in the unit of this quantity.
     fn scaled(&self, value: f64) -> String {
         match self.quantity.scale {
             Scale::Logarithmic => spanning(value),
-            // Not a negative zero.
+            // Avoids a negative zero.
             _ if value.abs() < 0.5 * 0.1_f64.powi(self.decimals as i32) => {
                 format!("{:.*}", self.decimals, 0.0)
             }
@@ -321,7 +320,7 @@ impl Readable {
         }
     }
 
-    /// The number of a case that is not one of the results; the first if there are several.
+    /// Returns the number of a case that is not among the results; the first if there are several.
     #[must_use]
     pub fn text_of(&self, summary: &CaseSummary) -> String {
         self.quantity
@@ -330,7 +329,7 @@ impl Readable {
             .map_or_else(|| "–".to_owned(), |value| self.scaled(value * self.factor))
     }
 
-    /// The parts of a case on one line, in ascending order.
+    /// Returns the parts of a case on one line, in ascending order.
     #[must_use]
     pub fn in_one_line(&self, case: usize) -> String {
         if self.parts.iter().any(|values| values[case].is_none()) {
@@ -340,13 +339,13 @@ impl Readable {
         parts.into_iter().rev().collect::<Vec<_>>().join(" … ")
     }
 
-    /// The number of a case; the first if there are several.
+    /// Returns the number of a case; the first if there are several.
     #[must_use]
     pub fn text(&self, case: usize) -> String {
         self.texts(case).next().unwrap_or_default()
     }
 
-    /// A number and a band around it, in SI units.
+    /// Returns a number and an interval around it, both in SI units.
     #[must_use]
     pub fn text_with_band(&self, value: f64, band: [f64; 2]) -> String {
         let [lower, upper] =
@@ -354,7 +353,7 @@ impl Readable {
         format!("{} [{lower} … {upper}]", self.scaled(value * self.factor))
     }
 
-    /// A number and its uncertainty, if it has one, in SI units.
+    /// Returns a number and its uncertainty, if any, both in SI units.
     #[must_use]
     pub fn text_with_uncertainty(&self, value: f64, uncertainty: f64) -> String {
         let text = self.scaled(value * self.factor);

@@ -11,27 +11,27 @@ use bristle_study::input::measured::{Quantity, Speed};
 pub struct Varied {
     /// The setting.
     pub setting: Setting,
-    /// The distinct values in SI units, ascending; positions of named tools. There is at least one.
+    /// Distinct values in SI units, ascending; positions of named tools. There is at least one.
     pub values: Vec<f64>,
     /// Offset in case numbers of each value from the first value of its sweep.
     offsets: Vec<usize>,
 }
 
-/// A slice.
+/// A slice through the grid of a study.
 #[derive(Clone, Debug)]
 pub struct Slice {
     /// The horizontal setting.
     pub x: Varied,
     /// The vertical setting.
     pub y: Varied,
-    /// The swept settings that have one value in this slice and other values in other slices.
+    /// Swept settings with one value in this slice and other values in other slices.
     pub fixed: Vec<(Setting, f64)>,
     /// Number of the case at the first value of both sides.
     origin: usize,
 }
 
 impl Varied {
-    /// An axis of the study, or a setting that has the same value in all cases.
+    /// Creates an axis of the study, or a setting with a single value in all cases.
     fn new(study: &Study, setting: &Setting) -> Self {
         let setting = setting.clone();
         let mut stride = study.case_count();
@@ -61,12 +61,12 @@ impl Varied {
         }
     }
 
-    /// Whether the setting has more than one value.
+    /// Returns `true` if the setting has more than one value.
     pub fn varies(&self) -> bool {
         self.values.len() > 1
     }
 
-    /// The values in the unit in which people read them.
+    /// Returns the values in the unit for display.
     pub fn shown(&self) -> Vec<f64> {
         self.values
             .iter()
@@ -76,7 +76,8 @@ impl Varied {
 }
 
 impl Slice {
-    /// Where the speed of a tool lies along the horizontal side of a slice of [`process_slices`].
+    /// Returns the position of a tool's speed along the horizontal side of a slice of
+    /// [`process_slices`].
     pub fn at_speed(&self, study: &Study, speed: Speed) -> f64 {
         let quantity = if self.x.setting.path() == SPEED {
             Quantity::RotationalSpeed
@@ -91,13 +92,13 @@ impl Slice {
             .value()
     }
 
-    /// The number of the case at these positions along the sides.
+    /// Returns the number of the case at these positions along the sides.
     pub fn case(&self, x: usize, y: usize) -> usize {
         self.origin + self.x.offsets[x] + self.y.offsets[y]
     }
 
-    /// The values that distinguish this slice from the others, as text. Empty if there is only one
-    /// slice.
+    /// Returns the values that distinguish this slice from the others, as text; empty if it is the
+    /// only one.
     pub fn condition(&self) -> String {
         self.fixed
             .iter()
@@ -106,7 +107,7 @@ impl Slice {
             .join(", ")
     }
 
-    /// The values that distinguish this slice from the others, as a suffix for file names.
+    /// Returns the values that distinguish this slice from the others, as a suffix for file names.
     pub fn suffix(&self) -> String {
         let word = |setting: &Setting, value| match setting.names() {
             Some(_) => setting.file_word(value),
@@ -119,15 +120,15 @@ impl Slice {
     }
 }
 
-/// The most characters of a number in a file name.
-const LONGEST: usize = 20;
+/// Maximum characters of a number in a file name.
+const MAX_NUMBER_CHARS: usize = 20;
 
-/// A number with four significant digits and without exponent, in SI units, for a file name: 0.0001
-/// next to 0.001. Only one that would be too long has an exponent.
+/// Returns a number with four significant digits and without exponent, in SI units, for a file
+/// name: 0.0001 next to 0.001. Only a number that would be too long has an exponent.
 fn decimal(value: f64) -> String {
     let rounded = format!("{value:.3e}").parse::<f64>().unwrap_or(value);
     let text = rounded.to_string();
-    if text.len() <= LONGEST {
+    if text.len() <= MAX_NUMBER_CHARS {
         text
     } else {
         format!("{rounded:e}")
@@ -137,21 +138,21 @@ fn decimal(value: f64) -> String {
 /// Some or all of the slices of a study.
 #[derive(Default)]
 pub struct Slices {
-    /// At most the number requested, evenly spread.
+    /// Chosen slices, evenly spread, at most as many as requested.
     pub chosen: Vec<Slice>,
-    /// The number of all slices.
+    /// Number of all slices.
     pub total: usize,
 }
 
-/// At most `limit` slices of brushing velocity, or of rotational speed if the study states that,
-/// and penetration depth.
+/// Returns at most `limit` slices of penetration depth and brushing velocity, or rotational speed
+/// if the study states that.
 pub fn process_slices(study: &Study, limit: usize) -> Slices {
     let [velocity, depth] = process_settings(study);
     slices(study, &velocity, &depth, limit)
 }
 
-/// At most `limit` slices of the two most informative settings: the first two that vary among
-/// velocity, depth and the further sweeps, fastest first. A study of one case has none.
+/// Returns at most `limit` slices of the two most informative settings: the first two that vary
+/// among velocity, depth and the further sweeps, fastest first. A study of one case has none.
 pub fn telling_slices(study: &Study, limit: usize) -> Slices {
     let varying = varying(study);
     if varying.is_empty() {
@@ -166,8 +167,8 @@ pub fn telling_slices(study: &Study, limit: usize) -> Slices {
     slices(study, &settings[0], &settings[1], limit)
 }
 
-/// At most `limit` slices of the most informative setting and the named tools; none if there is one
-/// tool, or if these are [`telling_slices`] already.
+/// Returns at most `limit` slices of the most informative setting and the named tools; none if
+/// there is one tool, or if these are [`telling_slices`] already.
 pub fn tool_slices(study: &Study, limit: usize) -> Slices {
     match &varying(study)[..] {
         [first, _, .., tool] if tool.path() == TOOL => slices(study, first, tool, limit),
@@ -175,8 +176,8 @@ pub fn tool_slices(study: &Study, limit: usize) -> Slices {
     }
 }
 
-/// The settings that vary: velocity or rotational speed, depth, then the others from the fastest to
-/// the named tools.
+/// Returns the settings that vary: velocity or rotational speed, depth, then the others from the
+/// fastest to the named tools.
 fn varying(study: &Study) -> Vec<Setting> {
     let process = process_settings(study);
     let is_further = |setting: &Setting| process.iter().all(|other| other.path() != setting.path());
@@ -192,8 +193,8 @@ fn varying(study: &Study) -> Vec<Setting> {
         .collect()
 }
 
-/// At most `limit` slices of the offset of the workpiece and penetration depth; none if one of them
-/// does not vary.
+/// Returns at most `limit` slices of the offset of the workpiece and penetration depth; none if one
+/// of them does not vary.
 pub fn offset_slices(study: &Study, limit: usize) -> Slices {
     match [OFFSET, DEPTH].map(|path| study.sweep(path).map(Sweep::setting)) {
         [Some(x), Some(y)]
@@ -207,7 +208,7 @@ pub fn offset_slices(study: &Study, limit: usize) -> Slices {
     }
 }
 
-/// Velocity or rotational speed, and depth or the force in its place.
+/// Returns velocity or rotational speed, and depth or the force in its place.
 fn process_settings(study: &Study) -> [Setting; 2] {
     let pressing = if study.is_pressed_on() { FORCE } else { DEPTH };
     [
@@ -250,8 +251,8 @@ fn slices(study: &Study, x: &Setting, y: &Setting, limit: usize) -> Slices {
     }
 }
 
-/// At most `limit` positions of `count`, evenly spread from the first to the last; the middle one
-/// if `limit` is one.
+/// Returns at most `limit` positions of `count`, evenly spread from the first to the last; the
+/// middle one if `limit` is one.
 pub fn spread(count: usize, limit: usize) -> Vec<usize> {
     match limit {
         _ if count <= limit => (0..count).collect(),
@@ -280,7 +281,7 @@ mod tests {
         testing::study(&format!("{}{process}[study]\n{sweeps}", brush!(25)))
     }
 
-    /// The value of a setting in a case.
+    /// Returns the value of a setting in a case.
     fn value(study: &Study, case: usize, path: &str) -> f64 {
         Parameter::find(path)
             .expect(path)

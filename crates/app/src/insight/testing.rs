@@ -21,7 +21,7 @@ pub(crate) fn result(metrics: Metrics) -> CaseResult {
     })
 }
 
-/// Returns a result with this force of the tool in N, and a contact time ratio.
+/// Returns a result with this force of the tool in N and this contact time ratio.
 pub(crate) fn with_force(tool_contact_normal_force_n: f64, contact_time_ratio: f64) -> CaseResult {
     result(Metrics {
         tool_contact_normal_force_n,

@@ -1,4 +1,4 @@
-//! Hints at measured points that a study cannot be compared with, most of them by their unit.
+//! Warnings of measured points that do not fit a study, most of them because of their unit.
 
 use super::{compared_slices, points_of, weights};
 use crate::insight::slices::{Slice, Varied};
@@ -7,15 +7,15 @@ use bristle_study::input::measured::{Measurement, Quantity, Speed};
 use bristle_study::input::plausibility::Unusual;
 use bristle_study::text::number::short;
 
-/// By which factor values are far outside of a study.
-const FAR: f64 = 10.0;
+/// Factor beyond which values are far outside of a study.
+const FAR_FACTOR: f64 = 10.0;
 
-/// Relative difference from which on two speeds of one point contradict each other: one of them is
-/// often rounded.
-const ROUNDED: f64 = 0.05;
+/// Maximum relative difference between two consistent speeds of one point. One of them is often
+/// rounded.
+const MAX_SPEED_DIFFERENCE: f64 = 0.05;
 
-/// Finds unusual measured points in view of a study: forces of the wrong sign, two speeds
-/// that do not belong together, speeds or depths far outside of it, or no point within.
+/// Finds unusual measured points in view of a study: forces of the wrong sign, contradictory
+/// speeds, speeds or depths far outside of it, or no point within.
 #[must_use]
 pub fn unusual_points(study: &Study, measured: &[Measurement]) -> Vec<Unusual> {
     let slices = compared_slices(study, measured);
@@ -63,7 +63,7 @@ pub fn unusual_points(study: &Study, measured: &[Measurement]) -> Vec<Unusual> {
     unusual
 }
 
-/// The hint that the axis of the dynamometer points the other way.
+/// Returns the hint that the axis of the dynamometer may point the other way.
 fn wrong_sign(measured: &[Measurement]) -> Option<Unusual> {
     let are_negative = measured.iter().all(|point| point.force_n < 0.0);
     are_negative.then(|| Unusual {
@@ -74,8 +74,7 @@ fn wrong_sign(measured: &[Measurement]) -> Option<Unusual> {
     })
 }
 
-/// What is unusual about points with a rotational speed that none of the tools that they may belong
-/// to has at their velocity.
+/// Reports points with a rotational speed that none of their possible tools has at their velocity.
 fn contradiction(study: &Study, slices: &[Slice], measured: &[Measurement]) -> Option<Unusual> {
     let contradicts =
         |slice: &Slice, point: &Measurement| match (point.speed, point.second_speed_rpm) {
@@ -84,7 +83,7 @@ fn contradiction(study: &Study, slices: &[Slice], measured: &[Measurement]) -> O
                     .speed
                     .stated_by(Quantity::RotationalSpeed, &study.settings(slice.case(0, 0)))
                     .value();
-                ((speed - own).abs() > ROUNDED * own).then_some((velocity, speed, own))
+                ((speed - own).abs() > MAX_SPEED_DIFFERENCE * own).then_some((velocity, speed, own))
             }
             _ => None,
         };
@@ -118,11 +117,11 @@ fn contradiction(study: &Study, slices: &[Slice], measured: &[Measurement]) -> O
     })
 }
 
-/// What is unusual about a quantity whose `values` are far outside of the values of a side;
-/// `factor` leads from the unit of the quantity's key to that of the side.
+/// Reports a quantity whose `values` are far outside of the values of a side. `factor` converts
+/// from the unit of the quantity's key to the unit of the side.
 fn far_values(quantity: Quantity, values: &[f64], side: &Varied, factor: f64) -> Option<Unusual> {
     let (least, largest) = (side.values[0], side.values[side.values.len() - 1]);
-    let is_far = |value: &f64| *value > FAR * largest || *value < least / FAR;
+    let is_far = |value: &f64| *value > FAR_FACTOR * largest || *value < least / FAR_FACTOR;
     let far: Vec<f64> = values.iter().copied().filter(is_far).collect();
     let first = *far.first()?;
     let [least, largest] = [least, largest].map(|end| end / factor);
@@ -159,7 +158,7 @@ fn far_values(quantity: Quantity, values: &[f64], side: &Varied, factor: f64) ->
     })
 }
 
-/// The values of a side in words.
+/// Returns the values of a side in words.
 fn range(side: &Varied) -> String {
     let [least, largest] = [side.values[0], side.values[side.values.len() - 1]].map(short);
     // In the unit of the key, as in the table.

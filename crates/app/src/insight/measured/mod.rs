@@ -1,7 +1,7 @@
 //! Compares measured tool forces with simulated ones: the user's table in, deviations out.
 //!
-//! A force is compared where it was measured. Between the cases of a study the simulated force is
-//! interpolated linearly in velocity and depth. Outside of them it is not extrapolated.
+//! A force is compared where it was measured. Between the cases of a study, the simulated force is
+//! interpolated linearly in velocity and depth. It is not extrapolated.
 
 mod hints;
 
@@ -18,36 +18,36 @@ use bristle_study::text::number::short;
 
 pub use hints::unusual_points;
 
-/// The largest number of slices that are compared.
+/// Maximum number of compared slices.
 const MAX_SLICES: usize = 1000;
-/// The largest numbers of slices, and of points in each, that are printed.
+/// Maximum numbers of printed slices, and of printed points in each.
 const MAX_PRINTED: (usize, usize) = (4, 40);
-/// Bands narrower than this, in N, have a decimal.
-const NARROW_N: f64 = 10.0;
-/// Forces from here on, in N, are printed as powers of ten.
-const LARGEST_IN_FULL: f64 = 1e5;
+/// Width in N below which a band is printed with a decimal.
+const NARROW_BAND_N: f64 = 10.0;
+/// Force in N from which on forces are printed as powers of ten.
+const MAX_PLAIN_FORCE_N: f64 = 1e5;
 /// A simulated tool force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Simulated {
     /// `F_n,w` in N.
     pub force_n: f64,
-    /// Its uncertainty in N, from that of the number of filaments.
+    /// Uncertainty of the force in N, from the number of filaments.
     pub uncertainty_n: f64,
-    /// The band in N that contains 95 % of the tools, where filaments scatter.
+    /// Interval in N that contains 95 % of the tools, where filaments scatter.
     pub band_n: Option<[f64; 2]>,
 }
 
-/// Why there is no simulated force at a point.
+/// Reasons why there is no simulated force at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Missing {
-    /// The point lies outside the study.
+    /// A point outside the study.
     Outside,
     /// A simulation that the force depends on failed.
     Failed,
 }
 
 impl Missing {
-    /// As text.
+    /// Returns the reason as text.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -62,15 +62,15 @@ impl Missing {
 pub struct Point {
     /// The measured force.
     pub measured: Measurement,
-    /// Its speed as the study states it: the brushing velocity in m/s, or the rotational speed in
-    /// rpm.
+    /// Speed of the point as the study states it: the brushing velocity in m/s, or the rotational
+    /// speed in rpm.
     pub across: f64,
     /// The simulated force at this point.
     pub simulated: Result<Simulated, Missing>,
 }
 
 impl Point {
-    /// Simulated minus measured force in N, where there is a simulated force.
+    /// Returns the simulated minus the measured force in N, if there is a simulated force.
     #[must_use]
     pub fn difference_n(&self) -> Option<f64> {
         self.simulated
@@ -78,15 +78,15 @@ impl Point {
             .map(|simulated| simulated.force_n - self.measured.force_n)
     }
 
-    /// Whether the simulated force lies within one standard deviation of the measured one, where
-    /// both are known.
+    /// Returns `true` if the simulated force lies within one standard deviation of the measured
+    /// one, where both are known.
     #[must_use]
     pub fn is_within(&self) -> Option<bool> {
         Some(self.difference_n()?.abs() <= self.measured.std_n?)
     }
 }
 
-/// How far simulated forces deviate from measured ones.
+/// Deviation of simulated forces from measured ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviation {
     /// Number of points compared.
@@ -95,24 +95,24 @@ pub struct Deviation {
     pub bias_n: f64,
     /// Root mean square of simulated minus measured, in N.
     pub rmse_n: f64,
-    /// Number of points at which the simulated force lies within one standard deviation of the
-    /// measured one. `None` if there are points without one.
+    /// Number of points whose simulated force lies within one standard deviation of the measured
+    /// one. `None` if some point has no standard deviation.
     pub within: Option<usize>,
 }
 
 /// Measured points compared with the study, at one value of each further sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// Each further setting of the study, and its value.
+    /// Further settings of the study, and their values.
     pub fixed: Vec<(Setting, f64)>,
-    /// The values that distinguish this comparison from the others; empty if it is the only one.
+    /// Values that distinguish this comparison from the others; empty if it is the only one.
     pub condition: String,
-    /// The points in the order of the file.
+    /// Points in the order of the file.
     pub points: Vec<Point>,
 }
 
 impl Comparison {
-    /// Whether the simulated force has a band at some point.
+    /// Returns `true` if the simulated force has an interval at some point.
     fn has_bands(&self) -> bool {
         self.points
             .iter()
@@ -120,7 +120,7 @@ impl Comparison {
             .any(|simulated| simulated.band_n.is_some())
     }
 
-    /// Whether the number of filaments makes the simulated force uncertain at some point.
+    /// Returns `true` if the number of filaments makes the simulated force uncertain at some point.
     fn has_uncertainty(&self) -> bool {
         self.points
             .iter()
@@ -128,8 +128,8 @@ impl Comparison {
             .any(|simulated| simulated.uncertainty_n > 0.0)
     }
 
-    /// Bias, RMSE and number of points within one standard deviation. `None` if no point can be
-    /// compared.
+    /// Returns bias, RMSE and number of points within one standard deviation. `None` if no point
+    /// can be compared.
     #[must_use]
     pub fn deviation(&self) -> Option<Deviation> {
         let differences: Vec<f64> = self.points.iter().filter_map(Point::difference_n).collect();
@@ -156,10 +156,10 @@ impl Comparison {
     }
 }
 
-/// Compares measured forces with those of a study: once for each combination of the settings swept
-/// in addition to velocity and depth, and of named tools each with the points of its own. Of more
-/// than 1000 combinations, 1000 are compared, evenly spread; fewer if there are more than 1000
-/// points, so that there are some million differences at most.
+/// Compares measured forces with those of a study, once for each combination of the settings swept
+/// in addition to velocity and depth. Each named tool is compared with its own points. At most 1000
+/// combinations are compared, evenly spread. With more than 1000 points there are fewer, so that
+/// there are some million differences at most.
 #[must_use]
 pub fn compare(study: &Study, results: &[CaseResult], measured: &[Measurement]) -> Vec<Comparison> {
     let slices = compared_slices(study, measured).into_iter();
@@ -187,7 +187,7 @@ pub fn compare(study: &Study, results: &[CaseResult], measured: &[Measurement]) 
         .collect()
 }
 
-/// The points that belong to the tool of a slice.
+/// Returns the points that belong to the tool of a slice.
 pub fn points_of<'m>(
     study: &Study,
     slice: &Slice,
@@ -200,8 +200,8 @@ pub fn points_of<'m>(
         .filter(move |point| point.tool.is_none_or(|own| own == tool))
 }
 
-/// The slices that are compared with measured forces; none without a measured force, and none of a
-/// tool without one.
+/// Returns the slices that are compared with measured forces; none for a tool without a measured
+/// force.
 fn compared_slices(study: &Study, measured: &[Measurement]) -> Vec<Slice> {
     if measured.is_empty() {
         return Vec::new();
@@ -213,15 +213,15 @@ fn compared_slices(study: &Study, measured: &[Measurement]) -> Vec<Slice> {
         .collect()
 }
 
-/// Relative uncertainty of the tool force: that of the number of filaments.
+/// Returns the relative uncertainty of the tool force, from the number of filaments.
 pub fn relative_uncertainty(settings: &Settings) -> f64 {
     let tool = &settings.tool;
     let ratio = tool.filament_count_uncertainty / tool.filament_count;
     if ratio.is_finite() { ratio } else { 0.0 }
 }
 
-/// `F_n,w` in a slice, at a position on its horizontal side, which is [`Slice::at_speed`] of a
-/// speed, and a depth (m).
+/// Returns `F_n,w` in a slice, at a position on its horizontal side and a depth (m).
+/// [`Slice::at_speed`] returns the position of a speed.
 pub fn tool_force(
     study: &Study,
     results: &[CaseResult],
@@ -243,7 +243,7 @@ pub fn tool_force(
     })
 }
 
-/// A value of the cases of a slice, interpolated linearly along each side.
+/// Interpolates a value of the cases of a slice linearly along each side.
 fn interpolate(
     results: &[CaseResult],
     slice: &Slice,
@@ -264,7 +264,7 @@ fn interpolate(
     Ok(sum)
 }
 
-/// Positions of the two values around `at`, with their weights. `None` outside.
+/// Returns the positions of the two values around `at`, with their weights. `None` outside.
 fn weights(side: &Varied, at: f64) -> Option<[(usize, f64); 2]> {
     let values = &side.values;
     let above = values.partition_point(|&value| value <= at);
@@ -286,16 +286,17 @@ fn weights(side: &Varied, at: f64) -> Option<[(usize, f64); 2]> {
     Some([(below, 1.0 - part), (above, part)])
 }
 
-/// A force with this many decimals, or as a power of ten if it would not fit into a table.
+/// Returns a force with this number of decimals, or as a power of ten if it would not fit into a
+/// table.
 fn newtons(force: f64, decimals: usize) -> String {
-    if force.abs() < LARGEST_IN_FULL {
+    if force.abs() < MAX_PLAIN_FORCE_N {
         format!("{force:.decimals$}")
     } else {
         format!("{force:.2e}")
     }
 }
 
-/// A difference of forces, with its sign.
+/// Returns a difference between forces, with its sign.
 fn signed(difference: f64) -> String {
     let sign = if difference.is_sign_negative() {
         ""
@@ -305,7 +306,7 @@ fn signed(difference: f64) -> String {
     format!("{sign}{}", newtons(difference, 1))
 }
 
-/// The deviations as a table for people, with prose in lines of at most `width` columns.
+/// Returns the deviations as a table for people, with prose in lines of at most `width` columns.
 #[must_use]
 pub fn comparison_table(comparisons: &[Comparison], width: usize) -> String {
     let mut text = String::new();
@@ -401,8 +402,8 @@ pub fn comparison_table(comparisons: &[Comparison], width: usize) -> String {
     text
 }
 
-/// A point as a row of the table: speed, depth, measured and simulated force, difference, and
-/// whether it is within the deviation.
+/// Returns a point as a row of the table: speed, depth, measured and simulated force, difference,
+/// and `yes` for a force within the standard deviation.
 fn row_of_point(point: &Point) -> [String; 6] {
     let Measurement {
         speed,
@@ -419,7 +420,7 @@ fn row_of_point(point: &Point) -> [String; 6] {
             band_n: Some([lower, upper]),
             ..
         }) => {
-            let decimals = usize::from(upper - lower < NARROW_N);
+            let decimals = usize::from(upper - lower < NARROW_BAND_N);
             format!(
                 "{} [{} … {}]",
                 newtons(force_n, 1),
@@ -532,7 +533,7 @@ mod tests {
     use bristle_study::grid::{DEPTH, Sweep, VELOCITY};
     use bristle_study::text::layout::WIDTH;
 
-    /// Two velocities, three depths that are not evenly spaced.
+    /// Returns a study with two velocities and three depths at unequal distances.
     pub(super) fn study() -> Study {
         let text = "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 1000\n\
              filament_count_uncertainty = 100\n[filament]\nlength_m = 0.040\ndiameter_m = 1.18e-3\n[study]\n\
@@ -540,7 +541,7 @@ mod tests {
         testing::study(text)
     }
 
-    /// A force of 10 N s/m · v_b + 10⁵ N/m · a_e. The case `failed` is one that failed.
+    /// Returns forces of 10 N s/m · v_b + 10⁵ N/m · a_e; the case `failed` is an error.
     fn results(study: &Study, failed: Option<usize>) -> Vec<CaseResult> {
         let case = |case: usize| {
             let process = study.settings(case).process;
@@ -600,7 +601,7 @@ mod tests {
         for (velocity, depth) in [(9.9, 2e-3), (20.1, 2e-3), (15.0, 0.9e-3), (15.0, 4.1e-3)] {
             assert_eq!(force(velocity, depth, None), Err(Missing::Outside));
         }
-        // Case 0 is at 20 m/s and 1 mm. It counts only where it has a weight.
+        // Case 0 is at 20 m/s and 1 mm. It matters only where it has a weight.
         assert_eq!(force(15.0, 1e-3, Some(0)), Err(Missing::Failed));
         near(force(10.0, 1e-3, Some(0)), 200.0);
         near(force(15.0, 3e-3, Some(0)), 450.0);
