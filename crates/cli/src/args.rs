@@ -1,4 +1,4 @@
-//! The command line: commands, what runs them, and the help text.
+//! The command line: commands, their execution, and the help text.
 
 use std::process::ExitCode;
 
@@ -45,7 +45,7 @@ Exit status:
   130  Ctrl-C or SIGTERM stopped a study, a brush or a calibration, which the same
        command resumes, or another simulation";
 
-/// What the program prints without arguments: one screen.
+/// Text that the program prints without arguments: one screen.
 pub const OVERVIEW: &str = "\
 Contact forces of brushing tools, from the equations of motion of one filament
 
@@ -90,7 +90,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// Runs it.
+    /// Runs the command.
     pub fn run(self) -> Result<ExitCode, CliError> {
         match self {
             Self::Simulate(arguments) => return simulate::run(&arguments),

@@ -1,4 +1,4 @@
-//! The checkpoint file of a brush, from which a stopped simulation goes on.
+//! The checkpoint file of a brush, from which a stopped simulation resumes.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -15,23 +15,23 @@ use crate::terminal::say_kept;
 /// Name of the file in the results directory.
 pub const CHECKPOINT: &str = "checkpoint.bin";
 
-/// Writing checkpoints takes at most this share of the time.
-const SHARE: f64 = 0.05;
+/// Maximum share of the time for writing checkpoints.
+const MAX_WRITING_SHARE: f64 = 0.05;
 
 /// The checkpoint of a running brush.
 pub struct CheckpointFile {
     path: PathBuf,
     settings: Settings,
     frames: usize,
-    /// The shortest time between two checkpoints.
+    /// Minimum time between two checkpoints.
     pause: Duration,
     written: Instant,
 }
 
 impl CheckpointFile {
-    /// That in a directory, of a brush with these settings and this number of frames, with the
-    /// state that it holds. Discards this state if `restart` is set. That of another brush or build
-    /// is kept aside.
+    /// Opens the checkpoint in a directory, of a brush with these settings and this number of
+    /// frames. Returns it with its state, which `restart` discards. A checkpoint of another brush
+    /// or build moves to `previous`.
     pub fn open(
         directory: &Path,
         settings: &Settings,
@@ -79,12 +79,12 @@ impl CheckpointFile {
         ))
     }
 
-    /// Where it is.
+    /// Returns the path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Writes the state if the last attempt to do so is old. Returns whether it was written.
+    /// Writes the state if the last attempt is old enough. Returns `true` if it was written.
     pub fn keep(&mut self, state: impl FnOnce() -> Checkpoint) -> Result<bool, FileError> {
         if self.written.elapsed() < self.pause {
             Ok(false)
@@ -93,18 +93,18 @@ impl CheckpointFile {
         }
     }
 
-    /// Writes the state, in the place of the last one, which remains if that fails.
+    /// Writes the state in place of the last one, which remains if writing fails.
     pub fn write(&mut self, state: &Checkpoint) -> Result<(), FileError> {
         let begun = Instant::now();
         let bytes = write_checkpoint(&self.settings, self.frames, state);
         let written = StagedFile::write(self.path.clone(), |out| out.write_all(&bytes))
             .and_then(StagedFile::commit);
-        self.pause = self.pause.max(begun.elapsed().div_f64(SHARE));
+        self.pause = self.pause.max(begun.elapsed().div_f64(MAX_WRITING_SHARE));
         self.written = Instant::now();
         written.map(drop)
     }
 
-    /// Removes it, once it is of no more use.
+    /// Removes the file when it is no longer needed.
     pub fn remove(&self) -> Result<(), FileError> {
         remove(&self.path)
     }

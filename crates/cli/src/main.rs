@@ -26,8 +26,8 @@ use args::{Cli, OVERVIEW};
 use error::CliError;
 use terminal::{print, print_by, say, start_log, width};
 
-/// Longest line of the help, in columns: longer ones are hard to read.
-const LONGEST_LINE: usize = 100;
+/// Maximum width of the help in columns: longer lines are hard to read.
+const MAX_HELP_COLUMNS: usize = 100;
 
 fn main() -> ExitCode {
     start_log();
@@ -55,18 +55,18 @@ fn run() -> Result<ExitCode, CliError> {
 
 /// Parses the arguments of a call. Help and messages fit into the terminal.
 fn parse(arguments: impl Iterator<Item = OsString>) -> Result<Cli, clap::Error> {
-    let mut command = Cli::command().term_width(width().min(LONGEST_LINE));
+    let mut command = Cli::command().term_width(width().min(MAX_HELP_COLUMNS));
     let matches = command.try_get_matches_from_mut(arguments)?;
     Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
 }
 
-/// The error about a wrong call as if every character of the arguments were visible, and none of
-/// them long.
+/// Returns the error of a wrong call with every character of the arguments visible and every
+/// argument shortened.
 fn visible(error: clap::Error) -> clap::Error {
-    /// Longest argument in the message, in characters.
-    const LONGEST: usize = 200;
-    let arguments =
-        env::args_os().map(|argument| shown(&argument.to_string_lossy(), LONGEST).into());
+    /// Maximum characters of an argument in the message.
+    const MAX_ARGUMENT_CHARS: usize = 200;
+    let arguments = env::args_os()
+        .map(|argument| shown(&argument.to_string_lossy(), MAX_ARGUMENT_CHARS).into());
     match parse(arguments) {
         Err(visible) if visible.use_stderr() => visible,
         _ => error,

@@ -77,20 +77,20 @@ enum FigureChoice {
     Pdf,
 }
 
-/// The figures that a command draws, once it is known that they can be drawn.
+/// The figures that a command draws, after a check that they can be drawn.
 pub struct Figures {
-    /// Endings of the files that are written.
+    /// Endings of the written files.
     endings: Vec<&'static str>,
-    /// Whether all figures are drawn, or those that matter most.
+    /// `true` if all figures are drawn, not only the main ones.
     all: bool,
     format: Format,
 }
 
 impl FigureArgs {
-    /// What the arguments ask for. It is known before anything is simulated or written.
+    /// Returns the figures that the arguments request. Nothing has been simulated or written yet.
     ///
     /// # Errors
-    /// If figures cannot be drawn so.
+    /// If figures of this format cannot be drawn.
     pub fn figures(&self) -> Result<Figures, CliError> {
         let has = |choice| self.figures.contains(&choice);
         let kinds = [
@@ -125,12 +125,12 @@ impl FigureArgs {
 }
 
 impl Figures {
-    /// Whether there are any.
+    /// Returns `true` if figures are drawn.
     pub fn are_drawn(&self) -> bool {
         !self.endings.is_empty()
     }
 
-    /// Those of the pictures that are drawn, and a note on the others.
+    /// Returns the pictures to draw, and a note on the others.
     fn chosen(&self, pictures: Vec<Picture>) -> (Vec<Picture>, String) {
         let total = pictures.len();
         let chosen = if self.all {
@@ -157,7 +157,7 @@ pub fn measured_forces(path: &Path, format: &TableFormat) -> Result<Vec<Measurem
     )?)
 }
 
-/// The measured forces of the `study` that is saved in a directory.
+/// Returns the measured forces of the `study` that is saved in a directory.
 pub fn measured_of(directory: &Path, study: &SavedStudy) -> Result<Vec<Measurement>, CliError> {
     if !study.measured {
         return Ok(Vec::new());
@@ -168,9 +168,8 @@ pub fn measured_of(directory: &Path, study: &SavedStudy) -> Result<Vec<Measureme
     )
 }
 
-/// Draws a study below `directory`, with measured forces and their `comparisons` if there are any.
-/// Removes pictures of an earlier study that this one does not have. Returns a message about the
-/// pictures.
+/// Draws a study below `directory`, with measured forces and their `comparisons`, if any. Removes
+/// pictures of an earlier study that this one lacks. Returns a message about the pictures.
 pub fn draw_study(
     directory: &Path,
     study: &Study,
@@ -194,7 +193,7 @@ pub fn draw_study(
     Ok(message)
 }
 
-/// Draws those of the pictures that `figures` asks for below `directory`, and tells the user.
+/// Draws the pictures that `figures` requests below `directory`, and tells the user.
 pub fn draw(
     directory: &Path,
     make: impl FnOnce(&Format) -> Vec<Picture>,
@@ -206,9 +205,9 @@ pub fn draw(
     draw_all(directory, pictures, threads, figures, is_ours).map(say)
 }
 
-/// Writes those of the pictures that `figures` asks for below `directory`, all of them or none, and
-/// removes others that `is_ours` names. Without a number there are as many threads as cores; the
-/// number does not change the files. Returns a message about them.
+/// Writes the pictures that `figures` requests below `directory`, all of them or none. Removes
+/// others for which `is_ours` is true. `threads` defaults to the number of cores and does not
+/// change the files. Returns a message about them.
 fn draw_all(
     directory: &Path,
     pictures: Vec<Picture>,
@@ -222,7 +221,7 @@ fn draw_all(
     Ok(message + if figures.are_drawn() { &note } else { "" })
 }
 
-/// Whether a picture of this name is one of a contact or a brush.
+/// Returns `true` for the name of a picture of a contact or a brush.
 pub fn is_of_simulation(name: &str) -> bool {
     is_of_contact(name) || is_of_brush(name)
 }
@@ -330,20 +329,20 @@ fn stage_pictures(
     ))
 }
 
-/// Whether a file name is that of a picture that `is_ours` names.
+/// Returns a test for file names of pictures for which `is_ours` is true.
 pub fn is_picture(is_ours: fn(&str) -> bool) -> impl Fn(&str) -> bool {
     move |name| picture(name).is_some_and(is_ours)
 }
 
-/// The name of the picture in a file.
+/// Returns the name of the picture in a file.
 fn picture(name: &str) -> Option<&str> {
     ENDINGS
         .iter()
         .find_map(|ending| name.strip_suffix(ending)?.strip_suffix('.'))
 }
 
-/// Removes pictures of earlier results, of those that `is_ours` names, which would be mistaken for
-/// those of these. So are files of kinds that are not drawn. A failure to remove one is not an
+/// Removes earlier pictures for which `is_ours` is true: they would be mistaken for new ones.
+/// Pictures of file kinds that are not drawn are removed, too. A failure to remove one is not an
 /// error.
 fn remove_others(
     directory: &Path,
@@ -367,7 +366,7 @@ fn remove_others(
     }
 }
 
-/// Tells the user what was drawn, and shows how measured and simulated forces compare.
+/// Tells the user which figures were drawn, and shows how measured and simulated forces compare.
 pub fn say_drawn(message: &str, comparisons: &[Comparison]) -> io::Result<()> {
     say(message);
     if comparisons.is_empty() {

@@ -1,6 +1,6 @@
 //! The progress of a study: a bar for people at a terminal, or one JSON object per line for
-//! programs. And that of one long simulation: a bar. Where stderr is no terminal, lines of text now
-//! and then take the place of a bar.
+//! programs. One long simulation has a bar, too. Where stderr is no terminal, occasional lines of
+//! text replace the bar.
 
 use std::io;
 use std::path::PathBuf;
@@ -23,8 +23,8 @@ use serde_json::{Value, json};
 
 use crate::terminal::{self, print, say, show};
 
-/// Shortest time between two progress objects.
-const BETWEEN_EVENTS: Duration = Duration::from_millis(100);
+/// Minimum time between two progress objects.
+const MIN_EVENT_INTERVAL: Duration = Duration::from_millis(100);
 
 /// One line on stdout with `--json`. Keys may be added.
 #[derive(Serialize)]
@@ -35,7 +35,7 @@ enum Event<'a> {
         /// Cases that have a result, including those of an earlier run.
         done: usize,
         total: usize,
-        /// Those of `done` that ended with an error.
+        /// Cases of `done` that ended with an error.
         failures: usize,
         /// Recent rate in cases per second; null before the first case.
         rate: Option<f64>,
@@ -57,17 +57,17 @@ enum Event<'a> {
 
 /// Reports the progress of a study, from any thread.
 pub struct Progress {
-    /// Numbers of cases, of which so many have a result already.
+    /// Number of cases, and of those with a result from an earlier run.
     total: usize,
     resumed: usize,
-    /// The work that each case takes, compared with the others; zero where it has a result or is
-    /// not to be simulated.
+    /// Work of each case relative to the others; zero for a case with a result, or of another
+    /// shard.
     works: Vec<f64>,
     begun: Instant,
     state: Mutex<Tally>,
-    /// The cases that are simulated here, for their rate. It is not shown.
+    /// The cases that are simulated here, for their rate. This bar is hidden.
     simulated: ProgressBar,
-    /// Lines while the recommendation is simulated.
+    /// Lines of text while the recommendation is simulated.
     waiting: Mutex<Option<Waiting>>,
     output: Output,
 }
@@ -80,20 +80,19 @@ enum Output {
 
 struct Tally {
     done: usize,
-    /// The work that is done since the start, and that which is left.
+    /// Work done since the start, and remaining work.
     work: [f64; 2],
     failures: usize,
-    /// When the last object was written.
+    /// Time of the last written object.
     told: Instant,
-    /// The time that it took, once it has ended.
+    /// Time that the study took in s, once it has ended.
     seconds: f64,
-    /// The first error of writing an object. It does not stop the study, whose results are in
-    /// files.
+    /// First error of writing an object. It does not stop the study, whose results are in files.
     error: Option<io::Error>,
 }
 
 impl Progress {
-    /// Starts with the cases that already have a result, of those that `is_own` names.
+    /// Starts with the results that the cases for which `is_own` is true already have.
     pub fn begin(run: &StudyRun, is_own: impl Fn(usize) -> bool, json: bool) -> Self {
         let study = run.study();
         let (mut total, mut resumed, mut failures) = (0, 0, 0);
@@ -146,12 +145,12 @@ impl Progress {
         progress
     }
 
-    /// The numbers of its cases, and of those that failed.
+    /// Returns the number of cases, and of failed cases.
     pub fn counts(&self) -> (usize, usize) {
         (self.total, self.state().failures)
     }
 
-    /// The time from the start to the end in s.
+    /// Returns the time from the start to the end in s.
     pub fn seconds(&self) -> f64 {
         self.state().seconds
     }
@@ -218,7 +217,7 @@ impl Observer for Progress {
         state.failures += usize::from(failed);
         self.simulated.inc(1);
         match &self.output {
-            Output::Json if now.duration_since(state.told) < BETWEEN_EVENTS => {}
+            Output::Json if now.duration_since(state.told) < MIN_EVENT_INTERVAL => {}
             _ => {
                 state.told = now;
                 self.tell(&mut state);
@@ -249,13 +248,14 @@ impl Observer for Progress {
     }
 }
 
-/// A bar with its template, whose message comes last. indicatif shows it on a terminal only.
+/// Creates a bar with its template, whose message comes last. indicatif shows it on a terminal
+/// only.
 fn bar(length: u64, template: &str) -> ProgressBar {
     ProgressBar::new(length)
         .with_style(ProgressStyle::with_template(template).expect("the template is right"))
 }
 
-/// The text after the number of cases, such as `, 680/s, 2 s left, 1 failed`.
+/// Returns the text after the number of cases, such as `, 680/s, 2 s left, 1 failed`.
 fn in_words(rate: Option<f64>, seconds_left: Option<f64>, failures: usize) -> String {
     let mut text = String::new();
     if let Some(rate) = rate {
@@ -274,12 +274,12 @@ fn in_words(rate: Option<f64>, seconds_left: Option<f64>, failures: usize) -> St
     text
 }
 
-/// Such as `, 2 min 10 s left`.
+/// Returns text such as `, 2 min 10 s left`.
 fn time_left(seconds: f64) -> String {
     format!(", {} left", in_time(seconds.ceil()))
 }
 
-/// Such as `2 min 10 s`.
+/// Returns text such as `2 min 10 s`.
 fn in_time(seconds: f64) -> String {
     let seconds = seconds.floor();
     let (hours, minutes) = (
@@ -293,24 +293,24 @@ fn in_time(seconds: f64) -> String {
     }
 }
 
-/// Lines of progress on stderr, from a thread of their own: the work may have nothing to tell for
-/// long.
+/// Lines of progress on stderr, from a separate thread: the work may report nothing for a long
+/// time.
 struct Lines {
-    /// What is done, in words.
+    /// Finished work, in words.
     done: Arc<Mutex<String>>,
-    /// The thread, which ends with its channel.
+    /// Thread that writes the lines. It ends with its channel.
     thread: Mutex<Option<(Sender<()>, JoinHandle<()>)>>,
 }
 
 impl Lines {
-    /// Times in s between lines: what is over soon has none, and what takes long one a minute.
+    /// Times in s between lines: short work has no line, long work one per minute.
     const PAUSES_S: [f64; 4] = [10.0, 20.0, 40.0, 60.0];
 
     fn begin() -> Self {
         Self::with(Self::PAUSES_S.map(Duration::from_secs_f64), say)
     }
 
-    /// Lines after `pauses`, the last of which is repeated, that `write` takes.
+    /// Starts lines after `pauses`, the last of which repeats. `write` receives each line.
     fn with<const N: usize>(
         pauses: [Duration; N],
         write: impl Fn(String) + Send + 'static,
@@ -330,7 +330,7 @@ impl Lines {
                 write(format!("after {time}: {}", shared.lock()));
             }
         };
-        // Without a thread there are no lines, and results all the same.
+        // Without a thread there are no lines, but still results.
         let thread = thread::Builder::new().spawn(tell).ok();
         Self {
             done,
@@ -342,11 +342,11 @@ impl Lines {
         *self.done.lock() = done;
     }
 
-    /// No line follows.
+    /// Ends the lines.
     fn end(&self) {
         if let Some((sender, thread)) = self.thread.lock().take() {
             drop(sender);
-            // A line that cannot be written is none that the work depends on.
+            // The work does not depend on a line that cannot be written.
             let _ = thread.join();
         }
     }
@@ -358,13 +358,12 @@ impl Drop for Lines {
     }
 }
 
-/// The progress of one long simulation, from any thread: nothing at first, then a bar on a
-/// terminal.
+/// Progress of one long simulation, from any thread: nothing at first, then a bar on a terminal.
 pub struct PassProgress {
     begun: Instant,
-    /// What is simulated, in words.
+    /// Name of the simulation, in words.
     what: &'static str,
-    /// The share that was done when it began.
+    /// Share that was done at the start.
     earlier: f64,
     /// `true` if progress is JSON.
     json: bool,
@@ -372,23 +371,23 @@ pub struct PassProgress {
     lines: Option<Lines>,
 }
 
-/// When something was last shown, and the bar if there is one yet.
+/// Time and share of the last display, and the bar, if any.
 struct Shown {
     at: Instant,
-    /// The largest share that was told: what is estimated anew must not run backwards.
+    /// Largest reported share: a new estimate must not run backwards.
     share: f64,
     bar: Option<ProgressBar>,
 }
 
 impl PassProgress {
-    /// A simulation that ends sooner shows no bar.
-    const PATIENCE: Duration = Duration::from_secs(2);
-    /// Shortest time between two changes of what is shown: a pass tells of each of its steps.
-    const PAUSE: Duration = Duration::from_millis(50);
-    /// Parts of the bar.
-    const PARTS: f64 = 1000.0;
+    /// Duration below which a simulation shows no bar.
+    const BAR_DELAY: Duration = Duration::from_secs(2);
+    /// Minimum time between two updates of the display: a pass reports each of its steps.
+    const MIN_BAR_INTERVAL: Duration = Duration::from_millis(50);
+    /// Number of parts of the bar.
+    const BAR_PARTS: f64 = 1000.0;
 
-    /// Starts with the share that an `earlier` run has done of `what`.
+    /// Starts with the share of `what` that an `earlier` run has done.
     pub fn begin(what: &'static str, earlier: f64, json: bool) -> Self {
         let lines = (!json && ProgressBar::new(1).is_hidden()).then(Lines::begin);
         let now = Instant::now();
@@ -414,7 +413,7 @@ impl PassProgress {
         }
     }
 
-    /// Shows what share of it, from 0 to 1, is done.
+    /// Shows the share of the simulation that is done, from 0 to 1.
     pub fn tell(&self, share: f64) {
         let passed = self.begun.elapsed();
         let mut shown = self.shown.lock();
@@ -422,17 +421,17 @@ impl PassProgress {
         let (share, pause) = (
             shown.share,
             if self.json {
-                BETWEEN_EVENTS
+                MIN_EVENT_INTERVAL
             } else {
-                Self::PAUSE
+                Self::MIN_BAR_INTERVAL
             },
         );
-        if passed < Self::PATIENCE || shown.at.elapsed() < pause {
+        if passed < Self::BAR_DELAY || shown.at.elapsed() < pause {
             return;
         }
         shown.at = Instant::now();
         if self.json {
-            // The result tells if stdout cannot be written.
+            // The result reports an error if stdout cannot be written.
             let _ = print_object("progress", &json!({ "share": share }));
             return;
         }
@@ -447,27 +446,27 @@ impl PassProgress {
         }
         let bar = shown.bar.get_or_insert_with(|| {
             let bar = bar(
-                Self::PARTS as u64,
+                Self::BAR_PARTS as u64,
                 &format!("{{bar:30}} {{percent}} % of {}{{msg}}", self.what),
             );
             terminal::keep_below(&bar);
             bar
         });
-        bar.set_position((Self::PARTS * share) as u64);
+        bar.set_position((Self::BAR_PARTS * share) as u64);
         bar.set_message(left);
     }
 }
 
-/// Words of the lines while a recommendation is simulated.
+/// Text of the lines while a recommendation is simulated.
 pub const RECOMMENDING: &str = "the recommendation is being simulated";
 
-/// Lines now and then while something takes long that does not tell how far it is.
+/// Occasional lines during long work without progress reports.
 pub struct Waiting {
     _lines: Option<Lines>,
 }
 
 impl Waiting {
-    /// Starts with `what` is going on, in words.
+    /// Starts lines that name the work `what`.
     pub fn begin(what: &str, json: bool) -> Self {
         let lines = (!json).then(Lines::begin);
         lines.iter().for_each(|lines| lines.set(what.to_owned()));
@@ -486,16 +485,16 @@ impl Drop for PassProgress {
 }
 
 impl Tally {
-    /// The time left in s after so many `seconds`.
+    /// Returns the remaining time in s after `seconds`.
     fn seconds_left(&self, seconds: f64) -> Option<f64> {
         let [done, left] = self.work;
-        // What is left over of a difference may be negative.
+        // Rounding may leave a negative difference.
         (done > 0.0).then(|| (seconds * left / done).max(0.0))
     }
 
     /// Writes a line to stdout, and keeps the first error.
     fn print(&mut self, event: &Event<'_>) {
-        // A path that is not Unicode cannot be written as JSON; its file is written all the same.
+        // A path that is not Unicode cannot be written as JSON; its file is written nevertheless.
         if let Ok(line) = serde_json::to_string(event)
             && let Err(error) = print(&(visible(&line) + "\n"))
         {
@@ -504,7 +503,7 @@ impl Tally {
     }
 }
 
-/// Prints an object as a line of JSON that says what it is about.
+/// Prints an object as a line of JSON with the name of its `event`.
 pub fn print_object(event: &str, object: &Value) -> io::Result<()> {
     let mut line = json!({ "event": event });
     if let (Value::Object(line), Value::Object(object)) = (&mut line, object) {
@@ -522,8 +521,8 @@ pub fn print_result(metrics: &[u8], findings: &[Finding]) -> io::Result<()> {
     )
 }
 
-/// Shows how `metrics` change when they are simulated `again` more precisely, as a table or as a
-/// line of JSON.
+/// Shows how `metrics` change in a more precise simulation, called `again`, as a table or as a line
+/// of JSON.
 pub fn show_check(again: &str, metrics: &Metrics, checked: &Metrics, json: bool) -> io::Result<()> {
     if json {
         let change = largest_change(metrics, checked);
@@ -536,7 +535,7 @@ pub fn show_check(again: &str, metrics: &Metrics, checked: &Metrics, json: bool)
     }
 }
 
-/// JSON with the characters escaped that could drive a terminal or disguise a path. JSON has such
+/// Escapes characters in JSON that could drive a terminal or disguise a path. JSON has such
 /// characters in strings only.
 fn visible(json: &str) -> String {
     let mut visible = String::with_capacity(json.len());
@@ -581,7 +580,7 @@ mod tests {
         told.end();
         while lines.try_recv().is_ok() {}
         assert!(lines.recv().is_err(), "no line follows the end");
-        // What is over soon has none.
+        // Short work has no line.
         let (sender, lines) = std::sync::mpsc::channel();
         let patience = [Duration::from_secs(3600)];
         drop(Lines::with(patience, move |line| {

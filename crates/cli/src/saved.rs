@@ -1,4 +1,4 @@
-//! Reads saved results from the directory that a command has written them to.
+//! Reads saved results from the directory to which a command has written them.
 
 use std::path::Path;
 
@@ -37,12 +37,12 @@ pub const FILAMENTS: &str = "filaments.csv";
 pub const CONTACTS: &str = "contacts.csv";
 pub const BRUSH_PAGE: &str = "brush.html";
 
-/// The files that only a contact has, and those that only a brush has. One of them replaces the
-/// other in a directory, as both have metrics and a history.
+/// Files that only a contact has, and files that only a brush has. One kind replaces the other in a
+/// directory, as both have metrics and a history.
 pub const OF_CONTACT: [&str; 5] = [CASE, PROFILE, POSITIONS, SHAPES, HISTORY_PARQUET];
 pub const OF_BRUSH: [&str; 4] = [BRUSH, FILAMENTS, CONTACTS, BRUSH_PAGE];
 
-/// The study in a directory, with its results; `None` if there is no study.
+/// Returns the study in a directory, with its results; `None` if there is no study.
 pub fn saved_study(directory: &Path) -> Result<Option<(SavedStudy, Vec<CaseResult>)>, CliError> {
     let Some((text, name)) = read_if_there(directory, STUDY)? else {
         return Ok(None);
@@ -63,7 +63,7 @@ pub fn saved_study(directory: &Path) -> Result<Option<(SavedStudy, Vec<CaseResul
     Ok(Some((saved, results)))
 }
 
-/// The study of which a directory has a shard; `None` if it has anything else.
+/// Returns the study whose shard is in a directory; `None` if the directory has no shard.
 pub fn saved_shard(directory: &Path) -> Result<Option<SavedStudy>, CliError> {
     let Some((text, name)) = read_if_there(directory, STUDY)? else {
         return Ok(None);
@@ -71,19 +71,19 @@ pub fn saved_shard(directory: &Path) -> Result<Option<SavedStudy>, CliError> {
     Ok(Some(read_study(&text, &name)?).filter(SavedStudy::is_shard))
 }
 
-/// One contact, as its figures show it.
+/// Data of one contact for its figures.
 pub struct Contact {
     pub settings: Settings,
     pub history: Vec<Sample>,
-    /// The contact normal impulse of each turn in N s.
+    /// Contact normal impulse of each turn in N s.
     pub impulses: Vec<f64>,
     pub profile: Vec<ProfileCell>,
-    /// The shapes that are drawn.
+    /// Shapes for the figures.
     pub shapes: Vec<Shape>,
 }
 
 impl Contact {
-    /// Its figures.
+    /// Returns the figures of the contact.
     pub fn pictures(&self, format: &Format) -> Vec<Picture> {
         contact_figures(
             &self.settings,
@@ -96,7 +96,7 @@ impl Contact {
     }
 }
 
-/// The contact in a directory; `None` if there is none.
+/// Returns the contact in a directory; `None` if there is none.
 pub fn saved_case(directory: &Path) -> Result<Option<Contact>, CliError> {
     let Some((text, name)) = read_if_there(directory, CASE)? else {
         return Ok(None);
@@ -106,7 +106,7 @@ pub fn saved_case(directory: &Path) -> Result<Option<Contact>, CliError> {
     let profile = table(directory, &case, PROFILE, read_profile)?;
     let shapes = table(directory, &case, SHAPES, read_shapes)?;
     let impulses = table(directory, &case, METRICS, read_turn_impulses)?;
-    // The other files are not needed, but must not be those of another run.
+    // The other files are not needed, but must not come from another run.
     let is_ours = |file: &&str| vtk_name(file).is_some_and(is_file_name);
     for file in case
         .files()
@@ -125,7 +125,7 @@ pub fn saved_case(directory: &Path) -> Result<Option<Contact>, CliError> {
     }))
 }
 
-/// The brush in a directory; `None` if there is none.
+/// Returns the brush in a directory; `None` if there is none.
 pub fn saved_brush(directory: &Path) -> Result<Option<Brush>, CliError> {
     let Some((text, name)) = read_if_there(directory, BRUSH)? else {
         return Ok(None);
@@ -140,7 +140,7 @@ pub fn saved_brush(directory: &Path) -> Result<Option<Brush>, CliError> {
     }))
 }
 
-/// Reads what is in a `file` of a contact, or of a brush.
+/// Reads the content of a `file` of a contact, or of a brush.
 fn table<T>(
     directory: &Path,
     case: &SavedCase,
@@ -154,7 +154,7 @@ fn table<T>(
     Ok(rows)
 }
 
-/// What [`read`] gives, if there is such a file.
+/// Returns the result of [`read`] if the file exists.
 fn read_if_there(directory: &Path, name: &str) -> Result<Option<(String, String)>, FileError> {
     directory
         .join(name)
@@ -163,7 +163,7 @@ fn read_if_there(directory: &Path, name: &str) -> Result<Option<(String, String)
         .transpose()
 }
 
-/// The text of a file, and its name for error messages.
+/// Returns the text of a file, and its name for error messages.
 fn read(directory: &Path, name: &str) -> Result<(String, String), FileError> {
     let path = directory.join(name);
     Ok((read_results(&path)?, path.to_string_lossy().into_owned()))

@@ -1,5 +1,5 @@
-//! Text for people: results on stdout, all else on stderr and above the progress bar if there is
-//! one. And the log requested by `RUST_LOG`.
+//! Text for people: results on stdout, all else on stderr and above the progress bar, if any. Also
+//! the log requested by `RUST_LOG`.
 
 use std::env::{self, VarError};
 use std::fmt::Display;
@@ -31,8 +31,8 @@ pub fn nothing_below() {
     *BAR.lock() = None;
 }
 
-/// Tells the user something. Whatever it quotes, it cannot drive the terminal. A closed stderr is
-/// not an error.
+/// Tells the user a message. Text quoted in it cannot drive the terminal. A closed stderr is not an
+/// error.
 pub fn say(message: impl Display) {
     above_the_bar(|| {
         let _ = writeln!(io::stderr(), "{}", Lines(message));
@@ -108,29 +108,28 @@ pub fn print(data: &str) -> io::Result<()> {
     print_by(|| io::stdout().write_all(data.as_bytes()))
 }
 
-/// Least width that tables are made for, in columns.
-const LEAST_WIDTH: usize = 40;
+/// Minimum width of tables, in columns.
+const MIN_WIDTH: usize = 40;
 
-/// Width in columns that results on stdout are made for: what `COLUMNS` says, or else the terminal;
-/// 80 where stdout is none.
+/// Returns the width in columns of results on stdout: the value of `COLUMNS`, or else the width of
+/// the terminal; 80 without a terminal.
 pub fn width() -> usize {
     let stated = env::var("COLUMNS")
         .ok()
         .and_then(|columns| columns.parse().ok())
         .filter(|columns| *columns > 0);
     let measured = || terminal_size_of(io::stdout()).map(|(width, _)| usize::from(width.0));
-    stated.or_else(measured).unwrap_or(WIDTH).max(LEAST_WIDTH)
+    stated.or_else(measured).unwrap_or(WIDTH).max(MIN_WIDTH)
 }
 
-/// Prints results that people read. As for [`say`], whatever they quote, they cannot drive the
-/// terminal.
+/// Prints results that people read. As in [`say`], text quoted in them cannot drive the terminal.
 pub fn show(results: impl Display) -> io::Result<()> {
     let text = Lines(results).to_string();
     print(&format!("{}\n", text.trim_end_matches('\n')))
 }
 
-/// Calls a function that writes to stdout, and flushes what it has written. All output to stdout
-/// passes through here.
+/// Calls a function that writes to stdout, and flushes its output. All output to stdout passes
+/// through here.
 pub fn print_by(write: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
     match write().and_then(|()| io::stdout().flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error),
@@ -138,7 +137,7 @@ pub fn print_by(write: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
     }
 }
 
-/// Shows what was not stated, if there is anything.
+/// Shows the assumed settings, if any.
 pub fn show_assumptions(assumptions: &Assumptions) -> io::Result<()> {
     if assumptions.list.is_empty() {
         Ok(())
@@ -147,12 +146,12 @@ pub fn show_assumptions(assumptions: &Assumptions) -> io::Result<()> {
     }
 }
 
-/// Tells the user what was found in results.
+/// Tells the user the findings about results.
 pub fn say_findings(findings: &[Finding]) {
     findings.iter().map(Finding::warning).for_each(say);
 }
 
-/// Tells the user where results have been moved that gave way to others.
+/// Tells the user the place of earlier results that others have replaced.
 pub fn say_kept(place: &Path) {
     say(format_args!(
         "note: the earlier results, of other settings or another build, are kept in `{}`",

@@ -1,4 +1,4 @@
-//! Values that commands share: of arguments, and an exit status.
+//! Values that commands share: arguments, and an exit status.
 
 use std::fs;
 use std::num::NonZeroUsize;
@@ -8,7 +8,7 @@ use bristle_study::grid::Resources;
 use bristle_study::input::cells::ambiguous;
 use clap::Args;
 
-/// Largest number of threads.
+/// Maximum number of threads.
 const MAX_THREADS: u64 = 1024;
 
 /// Exit status if Ctrl-C stopped a simulation. As in shells, it is 128 plus the number of the
@@ -24,7 +24,7 @@ pub struct ThreadArgs {
 }
 
 impl ThreadArgs {
-    /// The number that was asked for.
+    /// Returns the requested number.
     pub fn number(&self) -> Option<NonZeroUsize> {
         self.threads
             .and_then(|threads| NonZeroUsize::new(threads as usize))
@@ -41,7 +41,7 @@ pub struct ResourceArgs {
 }
 
 impl ResourceArgs {
-    /// Threads and memory.
+    /// Returns threads and memory.
     pub fn resources(&self) -> Resources {
         Resources {
             threads: self.threads.number(),
@@ -60,7 +60,7 @@ pub struct MemoryArgs {
 }
 
 impl MemoryArgs {
-    /// In bytes.
+    /// Returns the limit in bytes.
     pub fn limit(&self) -> Option<u64> {
         self.memory_mib
             .map(|mebibytes| mebibytes << 20)
@@ -68,7 +68,7 @@ impl MemoryArgs {
     }
 }
 
-/// The memory that the machine has left, in bytes, where it says so: on Linux.
+/// Returns the machine's available memory in bytes, where the system states it: on Linux.
 fn available_memory() -> Option<u64> {
     let text = fs::read_to_string("/proc/meminfo").ok()?;
     let available = text
@@ -99,8 +99,8 @@ pub fn parse_positive(text: &str) -> Result<f64, String> {
     parse_if(text, is_positive, "a positive number")
 }
 
-/// Parses a number that is `allowed`, in words, and whose point does not look like one between
-/// thousands.
+/// Parses a number that is `allowed`, in words. Its decimal point must not look like a thousands
+/// separator.
 pub fn parse_if(
     text: &str,
     is_allowed: impl Fn(f64) -> bool,

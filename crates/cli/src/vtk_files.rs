@@ -13,13 +13,13 @@ use bristle_app::store::staged::{FileError, StagedFile, remove};
 /// Subdirectory of the results for the files.
 pub const VTK: &str = "vtk";
 
-/// The name of the file at a path relative to the directory of the results, as `case.json` states
-/// it; `None` if it is not in this subdirectory.
+/// Returns the name of the file at a path relative to the directory of the results, as `case.json`
+/// states it; `None` if the file is not in this subdirectory.
 pub fn vtk_name(path: &str) -> Option<&str> {
     path.strip_prefix(VTK)?.strip_prefix('/')
 }
 
-/// Writes `files`, their names and texts, below `directory` under temporary names, and adds their
+/// Writes `files`, names with texts, below `directory` under temporary names, and adds their
 /// `hashes`.
 pub fn stage_vtk(
     directory: &Path,
@@ -37,7 +37,7 @@ pub fn stage_vtk(
 /// Gives the files their final names. Returns the path of the last, which is the collection, if
 /// there is one.
 ///
-/// Removes other files of an earlier run, which would be mistaken for those of this run.
+/// Removes other files of an earlier run: they would be mistaken for those of this run.
 pub fn commit_vtk(directory: &Path, staged: Vec<StagedFile>) -> Result<Option<PathBuf>, FileError> {
     let written = staged
         .into_iter()
@@ -45,7 +45,7 @@ pub fn commit_vtk(directory: &Path, staged: Vec<StagedFile>) -> Result<Option<Pa
         .collect::<Result<Vec<PathBuf>, FileError>>()?;
     let directory = directory.join(VTK);
     let own: BTreeSet<&OsStr> = written.iter().filter_map(|path| path.file_name()).collect();
-    // If there is no directory, there is nothing to remove.
+    // A missing directory has nothing to remove.
     let entries = fs::read_dir(&directory).into_iter().flatten().flatten();
     for name in entries.map(|entry| entry.file_name()) {
         if name.to_str().is_some_and(is_file_name) && !own.contains(name.as_os_str()) {
