@@ -1,4 +1,4 @@
-//! `bristle advise`: its table, its JSON, and what it refuses.
+//! `bristle advise`: its table, its JSON, and its refusals.
 
 use std::fs;
 
@@ -23,7 +23,7 @@ brushing_velocity_m_s = { start = 10.0, stop = 22.5, step = 2.5 }
 penetration_depth_m = [1.0e-3, 2.0e-3]
 ";
 
-/// A directory with a study, simulated to `results`; cases may fail.
+/// Returns a directory with a study, simulated to `results`; cases may fail.
 fn simulated(sweeps: &str) -> Workspace {
     let directory = Workspace::with(&format!("{FILE}{sweeps}"));
     directory
@@ -104,7 +104,7 @@ fn the_recommendation_is_what_a_brush_of_filaments_that_touch_does() {
     let share = in_space("tool_contact_normal_force_n") / force;
     assert!((0.5..2.0).contains(&share), "{share}");
     assert!((1e-9..0.2 * force).contains(&in_space("standard_error_n")));
-    // The band is that of the study.
+    // The interval is that of the study.
     let [lower, upper] = ["tool_force_lower_95_n", "tool_force_upper_95_n"].map(number);
     assert!(lower < 0.9 * force && upper > 1.1 * force);
     let set = format!(
@@ -129,14 +129,14 @@ fn a_study_answers_what_its_file_asks_for() {
     let (_, answer) = printed.split_once("Which speed").expect("the question");
     let begin = " and depth give F_n,w = 20 N with a_e ≤ 1.5 mm?\nRecommended for 20 N: ";
     assert!(answer.starts_with(begin), "{answer}");
-    // The same as of advice afterwards, whose lines it has.
+    // Later advice has the same lines.
     let advised = directory.printed("advise results --target-force 20 --max-depth 1.5");
     let (_, lines) = answer.split_once('\n').expect("lines");
     assert!(advised.starts_with(lines.trim_end()), "{lines}\n{advised}");
     let question = "\"question\":\"Which speed and depth give F_n,w = 20 N with a_e ≤ 1.5 mm?\"";
     has(&directory.read("results/report.html"), &[question]);
 
-    // What cannot be answered is said, and the results are there.
+    // A question without an answer is reported, and the results are there.
     let directory = asking("max_force_n = 1");
     let printed = directory.printed("study case.toml --out results");
     has(

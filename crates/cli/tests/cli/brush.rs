@@ -40,7 +40,7 @@ columns = 8
 steady = false
 ";
 
-/// The section that makes a study of it.
+/// The section that turns it into a study.
 const STUDY: &str =
     "\n[study]\nbrushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1.0e-3, 2.0e-3]\n";
 
@@ -59,7 +59,7 @@ fn a_brush_is_written_and_drawn() {
 
     let metrics = workspace.json("out/metrics.json");
     let has = |key: &&str| metrics.get(key).is_some();
-    // Without coefficients nothing is known of removal.
+    // Without coefficients, metrics of removal are unknown.
     let having = Having {
         brush: true,
         force: true,
@@ -71,7 +71,7 @@ fn a_brush_is_written_and_drawn() {
         common.iter().all(has) && keys::<Interaction>().iter().all(has),
         "{metrics:?}"
     );
-    // What a brush does not have is nowhere.
+    // Metrics that a brush lacks are in no file.
     let of_contact = metric_columns(Having {
         brush: false,
         ..having
@@ -145,14 +145,14 @@ fn a_brush_is_written_and_drawn() {
         .count();
     assert!((5..=11).contains(&frames), "{frames}");
     let collection = workspace.read("out/vtk/brush.pvd");
-    // Each with the workpiece.
+    // Each frame with the workpiece.
     assert_eq!(collection.matches("<DataSet ").count(), 2 * frames);
     assert!(workspace.path("out/vtk/workpiece.vtp").exists());
     assert!(!workspace.path("out/checkpoint.bin").exists());
 }
 
-/// No file can grow beyond a block: the state is written in vain, the results too, but the
-/// simulation comes to its end.
+/// No file can grow beyond a block: writing of state and results fails, but the simulation ends
+/// regularly.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_does_not_end_a_brush() {
@@ -188,7 +188,7 @@ fn plot_draws_a_saved_brush_to_the_same_bytes() {
     fs::remove_dir_all(workspace.path("out/figures")).expect("figures");
     workspace.run("report out");
     assert!(workspace.files("out") == before);
-    // Of another brush.
+    // Files of another brush.
     let text = workspace
         .read("out/filaments.csv")
         .replacen("\n0,0,", "\n1,0,", 1);
@@ -248,7 +248,7 @@ fn a_killed_brush_ends_with_the_same_bytes() {
             .stderr(Stdio::null())
             .spawn()
             .expect("the program starts");
-        // Until another checkpoint is there.
+        // Until there is another checkpoint.
         while child.try_wait().expect("the process is ours").is_none()
             && fs::read(&checkpoint).ok() == before
         {
@@ -270,7 +270,7 @@ fn a_killed_brush_ends_with_the_same_bytes() {
     assert!(workspace.files("out") == undisturbed.files("out"));
 }
 
-/// A sector that takes long enough to be stopped.
+/// Returns a sector that takes long enough to be stopped.
 fn longer() -> String {
     FILE.replace("columns = 8", "columns = 60")
         .replace("segments = 4", "segments = 10")
@@ -305,7 +305,7 @@ fn an_interrupted_brush_says_how_to_resume() {
         &["stopped: ", "run the same command again to resume"],
     );
 
-    // Of other settings, which is kept, and damaged.
+    // A checkpoint of other settings, which is kept, and a damaged one.
     let mut bytes = fs::read(workspace.path("out/checkpoint.bin")).expect("a checkpoint");
     workspace.write("case.toml", FILE);
     let said = workspace.told("simulate case.toml --out out");
@@ -405,7 +405,7 @@ fn a_study_of_brushes_has_both_forces_and_resumes() {
             "{name} differs"
         );
     }
-    // The case is that of the command.
+    // The case equals that of the command.
     workspace.run("simulate case.toml --out one");
     assert_eq!(
         workspace.number("one/metrics.json", "interaction_factor"),
@@ -469,7 +469,7 @@ fn a_study_of_brushes_that_cannot_be_is_refused_before_its_first_case() {
     workspace.run("study case.toml --out out --memory 17 --threads 1");
 }
 
-/// With uncertain filaments each of a brush is its own, and no tools are sampled.
+/// With uncertain filaments, each filament of a brush differs, and no tools are sampled.
 #[test]
 fn filaments_of_a_brush_differ_instead_of_tools() {
     let uncertainty = "[uncertainty]\nhold = \"machine\"\nyoungs_modulus_std_pa = 0.3e9\n";
@@ -512,7 +512,7 @@ fn the_documents_list_every_column_of_a_brush() {
 #[test]
 fn the_example_is_a_brush_and_a_study() {
     let example = include_str!("../../../../examples/brush.toml");
-    // It states every key that has a default value.
+    // The example states every key with a default value.
     assert_eq!(settings(example).brush, Some(BrushSettings::default()));
     assert_eq!(study(example).case_count(), 16);
 }

@@ -20,7 +20,7 @@ fn every_case_of_five_catalogue_brushes_succeeds() {
         directory.printed(&format!(
             "new {file} {brush} --material PA6.12+30%SiC --max-rpm 2400 --max-depth-mm 3"
         ));
-        // Without and with friction in turn.
+        // Alternately without and with friction.
         let friction = ["0", "0.4"][number % 2];
         let options = format!("--no-figures --set contact.friction_coefficient={friction}");
         directory.printed(&format!("study {file} --out {number} {options}"));

@@ -18,10 +18,10 @@ penetration_depth_m = [1.0e-3, 2.0e-3]
 "
 );
 
-/// A tolerance at which errors are seen.
+/// A tolerance with visible errors.
 const COARSE: &str = "--set solver.relative_tolerance=1e-3";
 
-/// A column of `runs.csv`, if it has this one.
+/// Returns a column of `runs.csv`, if it exists.
 fn column(directory: &Workspace, name: &str) -> Option<Vec<String>> {
     directory
         .rows("results/runs.csv")
@@ -64,7 +64,7 @@ fn a_contact_is_compared_with_a_tenth_of_its_tolerance() {
             (relative * value.abs().max(checked.abs()) - (value - checked).abs()).abs()
                 <= 1e-12 * value.abs()
         );
-        // Samples that are taken along change the steps, but not what they lead to.
+        // Samples change the steps, but not the results.
         let expected = finer[column.key].as_f64().unwrap_or(checked);
         assert!(
             (checked - expected).abs() <= 1e-2 * expected.abs(),
@@ -74,7 +74,7 @@ fn a_contact_is_compared_with_a_tenth_of_its_tolerance() {
         changed += usize::from(relative > 1e-7);
     }
     assert!(changed > 5, "{changed} metrics change");
-    // It belongs to the result that was checked, and goes with it.
+    // The check belongs to the checked result, and is removed with it.
     directory.run("simulate case.toml --out one --no-figures");
     assert!(!directory.path("one/check.json").exists());
 }

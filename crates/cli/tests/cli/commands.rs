@@ -39,7 +39,7 @@ fn simulate_writes_metrics_and_history() {
     let workspace = Workspace::with(FILE);
     let table = workspace.printed("simulate case.toml --out one --samples 11");
     has(&table, &["F_n,w"]);
-    // metrics.rs tests which these are.
+    // metrics.rs tests which metrics these are.
     let metrics = workspace.json("one/metrics.json");
     assert_eq!(
         metrics["turn_contact_normal_impulses_n_s"],
@@ -119,7 +119,7 @@ fn a_study_draws_its_figures_and_plot_draws_them_again() {
     let workspace = Workspace::with(FILE);
     let said = workspace.said("study case.toml --out results --figures all,svg,png,pdf");
     let drawn = workspace.files("results/figures");
-    // metrics.rs tests which these are.
+    // metrics.rs tests which figures these are.
     let count = drawn.len() / 3;
     assert!(count > 10);
     has(
@@ -142,7 +142,7 @@ fn a_study_draws_its_figures_and_plot_draws_them_again() {
         assert_eq!(workspace.files(&format!("{out}/figures")), drawn);
     }
 
-    // The five that matter most, in place of all.
+    // The five main figures, in place of all.
     let said = workspace.said("report results");
     has(
         &said,
@@ -151,7 +151,7 @@ fn a_study_draws_its_figures_and_plot_draws_them_again() {
     let main = workspace.files("results/figures");
     assert!(main.len() == 5 && main.iter().all(|(name, bytes)| drawn[name] == *bytes));
 
-    // One case alone has none.
+    // A single case has none.
     let one = "--set study.brushing_velocity_m_s=[10.0] --set study.penetration_depth_m=[1e-3]";
     let said = workspace.said(&format!("study case.toml --out results --restart {one}"));
     has(&said, &["one case in ", "no figures\n  (one case alone"]);
@@ -174,8 +174,7 @@ fn simulate_draws_the_contact_over_time() {
     let files = names.map(|name| format!("{name}.svg"));
     assert!(drawn.keys().eq(&files), "{:?}", drawn.keys());
 
-    // A filament that touches nothing does no work, and pictures of an earlier contact that did are
-    // removed.
+    // A filament without contact does no work. Pictures of an earlier contact are removed.
     let far = "[workpiece]\nkind = \"edge\"\nedge_radius_m = 1e-3\noffset_m = -0.1\n";
     workspace.write("case.toml", FILE.replace("[workpiece]\n", far));
     assert_eq!(drawn_again("wrote 1 figure").len(), 1);
@@ -206,7 +205,7 @@ fn results_of_two_studies_are_not_drawn_as_one() {
     assert_eq!(workspace.files("results/figures"), drawn);
 }
 
-/// Made-up forces at grid points, between them, and outside.
+/// Invented forces at grid points, between them, and outside.
 pub const FORCES: &str = "\
 brushing_velocity_m_s, penetration_depth_m, force_n, std_n
 10.0, 0.001, 100.0, 1e6
@@ -221,7 +220,7 @@ fn measured_forces_are_compared_and_drawn() {
     workspace.make("inputs");
     let measured = format!("{FILE}\n[measured]\nfile = \"forces.csv\"\n");
     workspace.write("inputs/case.toml", measured);
-    // Millimetres that pass for metres.
+    // Millimetres in a column of metres.
     workspace.write("inputs/forces.csv", FORCES.replace("0.001", "1"));
     let strict = "study inputs/case.toml --out results --strict";
     let refused = words(&workspace.refused(strict));
@@ -238,7 +237,7 @@ fn measured_forces_are_compared_and_drawn() {
         ],
     );
 
-    // The unit tests of `bristle_app::insight::measured` compute what they are.
+    // The unit tests of `bristle_app::insight::measured` compute these values.
     let heading = "brushing_velocity_m_s,penetration_depth_m,measured_force_n,measured_std_n,simulated_force_n,\
                    simulated_uncertainty_n,difference_n,within_std,status\n";
     let comparison = workspace.read("results/measured_comparison.csv");
@@ -264,7 +263,7 @@ fn measured_forces_are_compared_and_drawn() {
 #[test]
 fn evaluate_prints_the_equations_at_a_state() {
     let workspace = Workspace::new();
-    // Contact is left out: velocity and depth need not be stated.
+    // Without contact, velocity and depth need not be stated.
     let (file, _) = FILE.split_once("[process]").expect("a section");
     workspace.write("case.toml", file);
     workspace.write("state.json", STATE);
@@ -282,7 +281,7 @@ fn evaluate_prints_the_equations_at_a_state() {
     workspace.refuses(evaluate, &["state.json", "`q[2]`"]);
 }
 
-/// What `derive` can derive, for 1 segment.
+/// Equations that `derive` can derive, for 1 segment.
 const EQUATIONS: [&str; 4] = [
     "--segments 1",
     "--segments 1 --planar",
@@ -290,15 +289,16 @@ const EQUATIONS: [&str; 4] = [
     "--kernels --planar",
 ];
 
-/// The values of `--format` in `derive` that are one text.
+/// Values of `--format` in `derive` with one text.
 const FORMATS: [&str; 8] = [
     "math", "latex", "markdown", "rust", "rust-f64", "json", "numpy", "sympy",
 ];
 
-/// Those that are several files, each with a file that the whole equations of motion in space have.
+/// Values of `--format` with several files, each with one file of the whole equations of motion in
+/// space.
 const FORMATS_OF_FILES: [(&str, &str); 2] = [("c", "bristle_chain.c"), ("matlab", "one_pass.m")];
 
-/// In two processes, to the same bytes.
+/// Two processes print the same bytes.
 #[test]
 fn derive_prints_or_writes() {
     let workspace = Workspace::new();
@@ -342,7 +342,7 @@ fn derive_prints_or_writes() {
     workspace.refuses("derive --kernels --fragment", &["add --format latex"]);
 }
 
-/// The command in the header of each form makes the same bytes.
+/// The command in the header of each form prints the same bytes.
 #[test]
 fn equations_name_the_command_that_makes_them() {
     let workspace = Workspace::with(FILE);
@@ -383,7 +383,7 @@ fn equations_name_the_command_that_makes_them() {
     has(&workspace.printed("--version"), &["(built-in derivation)"]);
 }
 
-/// The variable names Octave's program, which not every machine has.
+/// An environment variable names Octave's program, which not every machine has.
 #[test]
 fn a_pass_in_octave_has_the_impulse_of_the_program() {
     let Ok(octave) = std::env::var("BRISTLE_TEST_OCTAVE") else {
@@ -480,7 +480,7 @@ fn compare_tells_agreement_and_deviation() {
         .stdout(contains("DEVIATES"))
         .stdout(contains("NOT all agree"));
 
-    // The tests of graphs in codegen/ and fuzz/ have more of them.
+    // More tests of graphs are in codegen/ and fuzz/.
     let chain = include_str!("../../../../derivations/graphs/chain_1.json");
     let (arguments, swapped) = (
         "[\"phi_1\",0],[\"theta_1\",1]",

@@ -1,4 +1,4 @@
-//! How precisely a contact must be computed.
+//! The precision with which a contact must be computed.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ const FILE: &str = concat!(
     "[process]\nbrushing_velocity_m_s = 10.0\npenetration_depth_m = 1e-3\n"
 );
 
-/// Values and forces of a setting in the table.
+/// Returns values and forces of a setting in the table.
 fn forces(rows: &[BTreeMap<String, String>], setting: &str) -> Vec<[f64; 2]> {
     let of = rows
         .iter()
@@ -39,7 +39,7 @@ fn the_choice_is_as_good_as_it_says() {
             "As stated, only the tip touched.",
         ],
     );
-    // Each case is what `simulate` says.
+    // Each case agrees with `simulate`.
     let simulated = |options: &str| {
         directory.run(&format!(
             "simulate case.toml --out one --no-figures {options}"
@@ -48,8 +48,7 @@ fn the_choice_is_as_good_as_it_says() {
     };
     let finest = simulated("--set filament.segments=50");
     is_near(segments[7][1], finest, 1e-9);
-    // And the last line is right: the options that it names keep the force within one per cent of a
-    // finer one.
+    // The last line is right: its options keep the force within one per cent of a finer one.
     let said = words(&said);
     let (_, last) = said.rsplit_once("For 1 %: ").expect("a choice");
     let (options, stated) = last
@@ -65,7 +64,7 @@ fn the_choice_is_as_good_as_it_says() {
         directory.read("out/converge.csv"),
         directory.read("again/converge.csv")
     );
-    // Figures of kinds that are not drawn would be those of another result.
+    // Figures of kinds that are not drawn would belong to another result.
     directory.run("simulate case.toml --converge --out out --figures pdf");
     assert_eq!(directory.names("out/figures"), ["converge.pdf"]);
 }

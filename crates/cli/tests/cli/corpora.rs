@@ -9,7 +9,7 @@ use bristle_codegen::back::json::from_json;
 #[path = "../../../../fuzz/src/lib.rs"]
 pub mod targets;
 
-/// Largest memory in bytes at any one time, for an empty file and per byte of a file.
+/// Maximum memory in bytes at any one time, for an empty file and per byte of a file.
 const MAX_MEMORY: u64 = 64 << 20;
 const MAX_MEMORY_PER_BYTE: u64 = 200;
 
@@ -31,7 +31,7 @@ fn each_of(corpus: &str, mut replay: impl FnMut(&str, &[u8])) {
 fn each_file_is_accepted_or_refused_as_its_name_says() {
     let mut problems = String::new();
     for (corpus, target) in targets::TARGETS {
-        // Files to which corpora refer are made once, and not measured.
+        // Files to which corpora refer are created once, and not measured.
         let _ = target(b"@runs.csv\n");
         each_of(corpus, |name, bytes| {
             let mut read = Ok(());

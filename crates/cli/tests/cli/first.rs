@@ -1,4 +1,4 @@
-//! The first steps: a file from a few answers, and what its keys mean.
+//! The first steps: a file from a few answers, and the meaning of its keys.
 
 use bristle::model::parameters::PARAMETERS;
 use bristle_study::input::friction::{PAIRINGS, Pairing, range_of_all};
@@ -31,7 +31,7 @@ fn a_first_file_can_be_simulated() {
         ],
     );
     directory.run("simulate brush.toml --out one --strict --no-figures --set filament.segments=4");
-    // Where tips are far from each other, filaments are alone.
+    // With distant tips, filaments are alone.
     let sparse = ANSWERS.replace("10500", "1000");
     directory.run(&format!("new sparse.toml {sparse}"));
     lacks(&directory.read("sparse.toml"), &["[brush]"]);
@@ -44,7 +44,7 @@ fn a_first_file_can_be_simulated() {
         &format!("new wood.toml {ANSWERS} --material wood"),
         &["must be one of PA6, PA6.6, PA6.12"],
     );
-    // It is not replaced.
+    // The file is not replaced.
     directory.refuses(&format!("new brush.toml {ANSWERS}"), &["exists already"]);
     assert_eq!(text, directory.read("brush.toml"));
 }
@@ -112,7 +112,7 @@ fn the_documents_state_abrasive_filaments_and_their_friction() {
     );
 }
 
-/// The rows of a section of docs/input.md, as cells.
+/// Returns the rows of a section of docs/input.md, as cells.
 fn rows<'p>(page: &'p str, name: &str) -> Vec<Vec<&'p str>> {
     let rows = section(page, &format!("`[{name}]`"))
         .lines()

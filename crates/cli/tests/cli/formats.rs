@@ -1,4 +1,4 @@
-//! The command line's result files for other programs: VTK, and Parquet with the feature of that
+//! Result files of the command line for other programs: VTK, and Parquet with the feature of that
 //! name.
 
 use crate::program::{Workspace, brush, has};
@@ -44,8 +44,8 @@ fn simulate_writes_shapes_for_paraview() {
     assert_eq!(directory.names("one/vtk"), expected);
     assert_eq!(directory.bytes("one/vtk/filament_0000.vtp"), first);
 
-    // Shapes of an earlier run would be mistaken for those of this one; incomplete files are of no
-    // use.
+    // Shapes of an earlier run would be mistaken for those of this one; incomplete files are
+    // useless.
     directory.write("one/vtk/.filament_0007.vtp.bristle-killed", "half a shape");
     directory.run("simulate case.toml --out one");
     assert_eq!(directory.names("one/vtk"), ["own.pvsm"]);

@@ -1,5 +1,5 @@
-//! Hostile files and surroundings: what they contain reaches neither the terminal nor other files,
-//! and nothing waits for them.
+//! Hostile files and surroundings: their content reaches neither the terminal nor other files, and
+//! no command waits for them.
 
 use std::fs::{self, File};
 use std::process::{Command as Process, Stdio};
@@ -27,10 +27,10 @@ const HEADING: &str = "brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n
 /// Characters that drive a terminal.
 const DRIVING: [&str; 4] = ["\u{1b}", "\u{9b}", "\u{7}", "\u{202e}"];
 
-/// Longer than any command of these tests takes, on a busy machine.
-const LONG: Duration = Duration::from_secs(60);
+/// Maximum duration of a command of these tests, on a busy machine.
+const MAX_COMMAND_TIME: Duration = Duration::from_secs(60);
 
-/// A directory with `case.toml` and `forces.csv`.
+/// Returns a directory with `case.toml` and `forces.csv`.
 fn surroundings() -> Workspace {
     let workspace = Workspace::with(&(SECTIONS.concat() + STUDY));
     workspace.write("measured.toml", SECTIONS.concat() + STUDY + MEASURED);
@@ -40,17 +40,17 @@ fn surroundings() -> Workspace {
     workspace
 }
 
-/// Runs the program on bad input, and expects its message to have some parts.
+/// Runs the program on bad input, and expects these parts in its message.
 #[track_caller]
 fn refuses(workspace: &Workspace, arguments: &str, parts: &[&str]) {
     has(&message(workspace.bristle(arguments)), parts);
 }
 
-/// The message of a command that refuses its input, which cannot drive a terminal and has no
-/// endless line.
+/// Returns the message of a command that refuses its input. The message cannot drive a terminal and
+/// has no endless line.
 fn message(mut command: Command) -> String {
     let assert = command
-        .timeout(LONG)
+        .timeout(MAX_COMMAND_TIME)
         .assert()
         .code(2)
         .stdout("")
@@ -90,7 +90,7 @@ fn names_of_files_cannot_drive_the_terminal() {
     ] {
         message(call(arguments));
     }
-    // Ordinary names are shown as they are.
+    // Ordinary names are shown unchanged.
     for (name, shown) in [
         (&*toml, r"\u{202e}\u{7}.toml:1:1"),
         (
@@ -194,7 +194,7 @@ fn a_killed_command_leaves_nothing_for_long() {
         present.count()
     };
     write(&leftovers);
-    // While another process writes there, these files may be its own.
+    // While another process writes there, these files may belong to it.
     let other = File::open(workspace.path("one")).expect("the directory");
     other.lock_shared().expect("a lock");
     workspace.run("simulate case.toml --out one --vtk=2");
@@ -299,7 +299,7 @@ fn links_in_place_of_results_are_refused() {
     let derive = "derive --segments 1 --out equations.txt";
     refuses(&workspace, derive, &["it is a symbolic link"]);
     assert_eq!(workspace.read("outside/kept"), "kept");
-    // The directory of the results is chosen by the user, who may name it by a link.
+    // The user chooses the directory of the results and may name it by a link.
     link("outside", "elsewhere");
     workspace.run("simulate case.toml --out elsewhere");
 }
@@ -334,7 +334,7 @@ fn pipes_and_devices_are_not_waited_for() {
     ] {
         refuses(&workspace, arguments, &["it is not a regular file"]);
     }
-    // Neither is one in the place of a result.
+    // Links in the place of a result are not followed either.
     for (command, result) in [
         ("study case.toml", "journal.jsonl"),
         ("simulate brush.toml", "checkpoint.bin"),
@@ -351,7 +351,7 @@ fn pipes_and_devices_are_not_waited_for() {
             workspace.remove("results");
         }
     }
-    // What the caller has opened is read.
+    // Inputs that the caller has opened are read.
     let input = SECTIONS.concat();
     workspace
         .bristle("simulate /dev/stdin --out results")
@@ -382,7 +382,7 @@ fn missing_sections_are_named_by_all_commands() {
     workspace.run(study);
 }
 
-/// The tree of an input file takes many times its length, so 60 MB filled 4.5 GB.
+/// The tree of an input file takes many times its length: 60 MB filled 4.5 GB.
 #[test]
 fn large_files_are_refused_or_read_within_bounds() {
     let workspace = surroundings();

@@ -3,7 +3,7 @@
 
 use crate::program::{Workspace, brush, has, is_near, lacks, page_data, words};
 
-/// A cup of so few filaments that they do not touch each other, with further lines of `[process]`.
+/// Returns a cup with too few filaments to touch each other, with further lines of `[process]`.
 fn cup(process: &str) -> String {
     format!(
         "[tool]\nkind = \"cup\"\nbody_radius_m = 0.030\nwidth_m = 0.010\nfilament_count = 300\npositions = 1\n\
@@ -12,7 +12,7 @@ fn cup(process: &str) -> String {
     )
 }
 
-/// The paper's brush of few segments, without a depth.
+/// The paper's brush with few segments, without a depth.
 const ROUND: &str = concat!(
     brush!("4"),
     "[solver]\nrelative_tolerance = 1e-4\n[process]\nbrushing_velocity_m_s = 10.0\n"
@@ -32,10 +32,10 @@ fn a_cup_is_pressed_on_with_a_force() {
         &words(&printed),
         &[&format!("a_e in mm {:.3} ", 1e3 * depth)],
     );
-    // Its steady turns are the default, and filaments that touch all round have no force along x.
+    // Steady turns are the default, and filaments that touch all round have no force along x.
     assert!(number("turns") >= 2.0);
     lacks(&printed, &["F_t,w"]);
-    // What is found is what it presses with at that depth.
+    // The tool presses with the stated force at the depth that was found.
     workspace.write(
         "depth.toml",
         cup(&format!("penetration_depth_m = {depth:?}")),
@@ -66,14 +66,14 @@ fn a_study_by_force_shows_the_depths_that_it_finds() {
     has(&words(&printed), &["m/s, a_e = "]);
     lacks(&words(&said), &["penetration_depth_m` is 0"]);
 
-    // The force is what the file states, and the depth the result.
+    // The force is stated by the file; the depth is the result.
     let names = workspace.names("results/figures").join("\n");
     has(&names, &["penetration_depth_over_velocity.svg"]);
     lacks(&names, &["\ntool_force_"]);
     let data = page_data(&workspace.read("results/report.html"));
     assert_eq!(data["quantities"][0]["key"], "penetration_depth_m");
     lacks(&data["headline"].to_string(), &["a_e = 0"]);
-    // The course is that at the depth that was found.
+    // The course belongs to the depth that was found.
     let impulse = data["courses"][0][1]["turn_impulses"][0].as_f64();
     let impulses = numbers("contact_normal_impulse_n_s");
     is_near(impulse.expect("an impulse"), impulses[0], 1e-3);
@@ -146,7 +146,7 @@ fn the_filaments_along_a_trim_are_in_a_file() {
     let [one, again] = ["one", "again"].map(|out| directory.files(&format!("{out}/figures")));
     assert!(one == again, "figures differ");
 
-    // A tool whose filaments are alike has none, nor these views.
+    // A tool with equal filaments has none, nor these views.
     directory.write("case.toml", &upright);
     directory.run("simulate case.toml --out one --figures svg");
     directory.has_no("one/positions.csv");

@@ -1,5 +1,5 @@
-//! Tests of the program as its users call it. They form one test program, as each further one would
-//! have to be linked.
+//! Tests of the program as its users call it. They form one test program, because each further one
+//! would have to be linked.
 
 mod program;
 

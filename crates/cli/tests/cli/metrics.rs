@@ -1,5 +1,5 @@
-//! One table of metrics: each of its readers shows what it says, so that a new metric is one entry
-//! and its computation.
+//! One table of metrics: each of its readers shows its content, so a new metric is one entry and
+//! its computation.
 
 use bristle::model::metrics::Metrics;
 use bristle::model::record::{Column, Needs, Prominence, Record, Scope};
@@ -68,7 +68,7 @@ fn every_reader_shows_every_metric() {
         of_force.iter().all(|key| metrics.get(key).is_some()),
         "{metrics}"
     );
-    // What no coefficient tells is not there.
+    // Metrics that need unknown coefficients are absent.
     assert!(
         metrics.get("removal_rate_m3_s").is_none() && !all.contains(&"wear_ratio"),
         "{metrics}"
@@ -88,7 +88,7 @@ fn every_reader_shows_every_metric() {
     let mut prominent: Vec<&Column<Metrics>> = metric_columns(having)
         .filter(|column| is_shown(column, &results))
         .collect();
-    // Those of the tool are together.
+    // Metrics of the tool are together.
     prominent.sort_by_key(|column| match column.display.scope {
         Scope::Tool => Prominence::Headline,
         Scope::Filament => column.display.prominence,
@@ -120,8 +120,8 @@ fn every_reader_shows_every_metric() {
     // A map for each metric of the figures, a table for each headline.
     let without_edge = shown(&study, &results);
 
-    // With friction on an edge there are all of them but the force along z, which an upright tool
-    // does not have.
+    // With friction on an edge there are all figures but the force along z, which is absent for an
+    // upright tool.
     let edge = "[contact]\nfriction_coefficient = 0.3\n[workpiece]\nkind = \"edge\"\nedge_radius_m = 2e-4\n[process]";
     let study = program::study(&FILE.replace("[process]", edge));
     let results = run_study(&study, None, || {}).expect("threads");
@@ -141,7 +141,7 @@ fn every_reader_shows_every_metric() {
     );
 }
 
-/// Whether pages show a metric.
+/// Returns `true` if pages show a metric.
 fn is_shown(column: &Column<Metrics>, results: &[CaseResult]) -> bool {
     let mut values = results
         .iter()
@@ -150,8 +150,8 @@ fn is_shown(column: &Column<Metrics>, results: &[CaseResult]) -> bool {
     !column.display.optional || values.any(|value| value != 0.0)
 }
 
-/// Expects a map and a table for each metric that has one and is not zero in all cases, and for
-/// amplifications of which one is unstable. Returns their numbers.
+/// Expects a map and a table for each metric that has one and is not zero in all cases.
+/// Amplifications count only if some case is unstable. Returns the numbers of maps and tables.
 fn shown(study: &Study, results: &[CaseResult]) -> [usize; 2] {
     let unstable = results
         .iter()
@@ -201,7 +201,7 @@ fn the_documents_list_every_metric() {
     );
 }
 
-/// Lines of `python/bristle/_metrics.py` before and after what is derived.
+/// Lines of `python/bristle/_metrics.py` before and after the derived ones.
 const OF_BOTH: [&str; 2] = [
     "    \"\"\"n_w, rotational speed of the tool, in rpm.\"\"\"\n",
     "\n    turn_contact_normal_impulses_n_s:",
@@ -211,7 +211,7 @@ const OF_ONE_FILAMENT: [&str; 2] = ["and what a\n    brush does not have.\"\"\"\
 #[test]
 fn python_has_every_metric() {
     const FILE: &str = "python/bristle/_metrics.py";
-    // A brush has some residuals of its own by the same names.
+    // A brush has some residuals with the same names.
     let of_one = |column: &&Column<Metrics>| {
         column.display.needs == Needs::OneFilament
             && Interaction::COLUMNS
@@ -224,10 +224,10 @@ fn python_has_every_metric() {
     is_derived(FILE, OF_ONE_FILAMENT, &typed(&alone));
 }
 
-/// The fields of a Python class that has these metrics.
+/// Returns the fields of a Python class with these metrics.
 fn typed(columns: &[&Column<Metrics>]) -> String {
     let default = serde_json::to_value(Metrics::default()).expect("metrics are JSON");
-    // Files have these whether the settings give them a value or not.
+    // Files have these metrics whether or not the settings give them a value.
     let always = keys(metric_columns(Having {
         force: true,
         edge: true,

@@ -18,14 +18,14 @@ penetration_depth_m = 1.0e-3
 "
 );
 
-/// Lines of the file that users write otherwise.
+/// Lines of the file that users write differently.
 const VELOCITY: &str = "brushing_velocity_m_s = 10.0";
 const DEPTH: &str = "penetration_depth_m = 1.0e-3";
 const LENGTH: &str = "length_m = 0.040";
 const SEGMENTS: &str = "segments = 4";
 const COUNT: &str = "filament_count = 10500";
 
-/// A line of [`FILE`], and what a user writes instead.
+/// A line of [`FILE`], and its wrong replacement.
 const MISTAKES: &[(&str, &str)] = &[
     // Other names.
     (VELOCITY, "rpm = 530"),
@@ -53,7 +53,7 @@ const MISTAKES: &[(&str, &str)] = &[
     (LENGTH, "length_m = \"30 mm\""),
     (LENGTH, "length_m = \"0,03\""),
     (SEGMENTS, "segments = 4.5"),
-    // Both, neither, or impossible.
+    // Both, neither, or impossible values.
     (COUNT, ""),
     (COUNT, "fill_factor = 65"),
     (COUNT, "filament_count = 10500\nfill_factor = 0.5"),
@@ -69,8 +69,8 @@ const MISTAKES: &[(&str, &str)] = &[
     ("[tool]", "measured = 3\n[tool]"),
 ];
 
-/// A line of [`FILE`], and a value that is unusual. The unit tests of `bristle_study::input::plausibility`
-/// have more of them.
+/// A line of [`FILE`], and an unusual value. More are in the unit tests of
+/// `bristle_study::input::plausibility`.
 const UNUSUAL: &[(&str, &str)] = &[
     (LENGTH, "length_m = 30.0"),
     (COUNT, "filament_count = 16000"),
@@ -80,8 +80,8 @@ const UNUSUAL: &[(&str, &str)] = &[
     ),
 ];
 
-/// A line of the file of the study, and a setting that is not allowed. Random values outside of all
-/// ranges are in `random_input.rs`.
+/// A line of the study's file, and a forbidden setting. Random values outside of all ranges are in
+/// `random_input.rs`.
 const SETTINGS: &[(&str, &str)] = &[
     ("width_m = 0.020", "width_m = -0.02"),
     (COUNT, "filament_cuont = 3"),
@@ -142,14 +142,14 @@ const INCOMPLETE: &[&str] = &[
     "[tool]\nbody_radius_m = 0.14\nwidth_m = 0.02\nfilament_count = 9\n[filament]\nlength_m = 0.04\n[process]\n",
 ];
 
-/// Sections `[workpiece]` that cannot be. EDGE stands for an edge with a radius.
+/// Invalid sections `[workpiece]`. EDGE stands for an edge with a radius.
 const WORKPIECES: &[&str] = &[
     // Keys that the kind needs: the message points at the heading of the section.
     "kind = 'edge'",
     "kind = 'chamfer'\nedge_radius_m = 2e-4",
     "kind = 'cylinder'",
     "kind = 'bore'",
-    // Keys that it does not have.
+    // Keys that the kind lacks.
     "edge_radius_m = 2e-4",
     "offset_m = 1e-3",
     "side = 'entering'",
@@ -161,13 +161,13 @@ const WORKPIECES: &[&str] = &[
     "kind = 'cylinder'\nradius_m = 0.1\nincluded_angle_rad = 1.5",
     // Values outside their ranges.
     "EDGE\nside = 'middle'",
-    // Numbers that do not fit together.
+    // Numbers that contradict each other.
     "kind = 'chamfer'\nchamfer_width_m = 1e-3\nedge_radius_m = 2e-3",
     "kind = 'chamfer'\nedge_radius_m = 2e-4\nchamfer_width_m = 1e-3\nchamfer_angle_rad = 1.6",
     "kind = 'bore'\nradius_m = 0.1795",
 ];
 
-/// Sections `[study]` that cannot be.
+/// Invalid sections `[study]`.
 const WRONG_SWEEPS: &[&str] = &[
     "brushing_velocity_m_s = []",
     "brushing_velocity_m_s = 10.0",
@@ -218,7 +218,7 @@ const OPTIONS: &[(&str, &str)] = &[
     ("simulate", "--figure-width 30mm"),
 ];
 
-/// A part of the file of tools, and what stands in its place.
+/// A part of the file of tools, and its replacement.
 const TOOLS: &[(&str, &str)] = &[
     (FINE, "filament.diametr_m = 0.6e-3"),
     (FINE, "diameter_m = 0.6e-3"),
@@ -243,11 +243,11 @@ const TOOLS: &[(&str, &str)] = &[
     (tools::TOOLS, "tools = { a = 1 }"),
 ];
 
-/// The setting and the name of a tool.
+/// Setting and name of a tool.
 const FINE: &str = "filament.diameter_m = 0.6e-3";
 const NAME: &str = "[study.tools.fine_2]";
 
-/// Sections `[measured]` that cannot be.
+/// Invalid sections `[measured]`.
 const MEASURED: &[&str] = &[
     "[measured]\n",
     "[measured]\nfile = 3\n",
@@ -263,7 +263,7 @@ const MEASURED: &[&str] = &[
     "[measured]\nfile = \"f.csv\"\ncolumns = { rotational_speed_rpm = \"n\", brushing_velocity_m_s = \"v\" }\n",
 ];
 
-/// A part of [`FORCES`], and what a table has instead.
+/// A part of [`FORCES`], and its replacement.
 const FORCE_CHANGES: &[(&str, &str)] = &[
     ("force_n", "force"),
     ("150.0", "many"),
@@ -275,7 +275,7 @@ const FORCE_CHANGES: &[(&str, &str)] = &[
     (", ", ";"),
 ];
 
-/// What `bristle simulate` says about a file, and its exit status.
+/// Returns the message of `bristle simulate` about a file, and its exit status.
 fn told(text: &str, options: &str) -> (String, Option<i32>) {
     let directory = Workspace::with(text);
     let output = directory
@@ -288,7 +288,7 @@ fn told(text: &str, options: &str) -> (String, Option<i32>) {
     )
 }
 
-/// The messages with which changes of a file are refused, one below the other.
+/// Returns the messages with which changes of a file are refused, one below the other.
 fn messages<'c>(
     changes: impl IntoIterator<Item = &'c (&'c str, &'c str)>,
     refused: impl Fn(&str, &str) -> String,
@@ -297,7 +297,7 @@ fn messages<'c>(
     changes.into_iter().map(message).collect()
 }
 
-/// The message of a file in which `new` stands for `old`.
+/// Returns the message of a file in which `new` replaces `old`.
 fn refused<T>(
     file: &str,
     [old, new]: [&str; 2],
@@ -410,7 +410,7 @@ fn keys_that_are_nearly_right_are_explained() {
         let [_, message] = explained(key);
         has(&message, &["help: `bristle explain` lists all keys"]);
     }
-    // A space that nobody sees is no other key.
+    // An invisible space makes no other key.
     assert_eq!(
         explained("filament.length_m "),
         explained("filament.length_m")
@@ -418,7 +418,7 @@ fn keys_that_are_nearly_right_are_explained() {
     let count = Workspace::new().printed("explain tool.filament_count");
     let others = "give this one or tool.filaments_per_m2 or tool.fill_factor";
     has(&words(&count), &[others]);
-    // A comma within brackets ended the meaning.
+    // A comma within brackets once ended the meaning.
     let all = Workspace::new().printed("explain");
     has(&all, &["its control points [x, y]"]);
     let count = |bracket: char| all.matches(bracket).count();

@@ -1,5 +1,5 @@
-//! The number of filaments: stated as such or by the packing, never assumed. Defaults that decide
-//! the force are told, and documents and advice say what friction does.
+//! The number of filaments: stated directly or by the packing, never assumed. Defaults that decide
+//! the force are reported, and documents and advice state the effect of friction.
 
 use std::f64::consts::{PI, TAU};
 
@@ -8,7 +8,7 @@ use bristle::simulation::simulate;
 
 use crate::program::{Workspace, has, is_near, lacks, settings, words};
 
-/// A file with this line about the number of filaments.
+/// Returns a file with this line about the number of filaments.
 fn file(count: &str) -> String {
     format!(
         "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\n{count}\n[filament]\nsegments = 4\nlength_m = 0.040\n\

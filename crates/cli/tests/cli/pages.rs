@@ -1,6 +1,6 @@
-//! Runs the commands of pages in docs/ one after the other in an empty directory, as a reader
-//! would, and compares their output with the page. Together they simulate for minutes, so that only
-//! `--ignored` runs them; `.ci/run` does.
+//! Runs the commands of pages in docs/ in order in an empty directory, as a reader would, and
+//! compares their output with the page. Together they simulate for minutes, so only `--ignored`
+//! runs them; `.ci/run` does.
 
 use std::f64::consts::{PI, TAU};
 use std::fs;
@@ -13,22 +13,22 @@ use tempfile::TempDir;
 
 use crate::program::{bristle, has, section, words};
 
-/// A page, and what it says besides its commands, files and outputs.
+/// A page, and its statements besides commands, files and outputs.
 struct DocumentPage {
     text: &'static str,
-    /// The numbers of its commands and of the outputs that it shows.
+    /// Numbers of its commands and of the outputs that it shows.
     counts: (usize, usize),
-    /// Files that it tells the reader to open.
+    /// Files that the reader is told to open.
     files: &'static [&'static str],
-    /// Metrics in its prose, one a line after the first: directory, key, number, and the unit of the number's last
-    /// digit.
+    /// Metrics in its prose, one a line after the first: directory, key, number, and the unit of
+    /// the number's last digit.
     metrics: &'static str,
 }
 
-/// Marks lines that the page leaves out.
+/// Mark of omitted lines.
 const LEFT_OUT: &str = "…";
 
-/// The text of a file.
+/// Returns the text of a file.
 fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
@@ -59,8 +59,8 @@ fn blocks(page: &'static str) -> Vec<PageBlock<'static>> {
     blocks
 }
 
-/// Does what the sentence before a block says: "Save this as `name`" or "Add this to `name`", or
-/// the same within a sentence.
+/// Follows the sentence before a block: "Save this as `name`" or "Add this to `name`", or the same
+/// within a sentence.
 fn write(directory: &Path, before: &str, text: &str) {
     // Lines may break anywhere in the sentence.
     let before = words(before);
@@ -77,7 +77,7 @@ fn write(directory: &Path, before: &str, text: &str) {
     fs::write(directory.join(name), earlier + text).expect("the file can be written");
 }
 
-/// Runs a command of the page in `directory`, and returns what it prints to stderr and stdout.
+/// Runs a command of the page in `directory`, and returns its stderr and stdout.
 fn run(command: &str, directory: &Path) -> String {
     // No quoted word has a space.
     let mut words = command
@@ -95,7 +95,7 @@ fn run(command: &str, directory: &Path) -> String {
 }
 
 /// Expects the output to contain the lines of a block, consecutive and in order, except where the
-/// block leaves lines out.
+/// block omits lines.
 fn is_printed(block: &str, printed: &str) {
     let mut rest: Vec<&str> = printed.lines().collect();
     for part in block.split(&format!("{LEFT_OUT}\n")) {
@@ -108,8 +108,7 @@ fn is_printed(block: &str, printed: &str) {
     }
 }
 
-/// Does in `directory` what a page says. Returns the numbers of commands run and of outputs
-/// compared.
+/// Follows a page in `directory`. Returns the numbers of commands run and of outputs compared.
 fn follow(page: &'static str, directory: &Path) -> (usize, usize) {
     let (mut printed, mut commands, mut compared) = (String::new(), 0, 0);
     for PageBlock {
@@ -138,7 +137,7 @@ fn follow(page: &'static str, directory: &Path) -> (usize, usize) {
     (commands, compared)
 }
 
-/// Does what a page says, and expects what it says. Returns the directory.
+/// Follows a page, and checks its statements. Returns the directory.
 fn check(page: &DocumentPage) -> TempDir {
     let directory = TempDir::new().expect("a temporary directory");
     let counts = follow(page.text, directory.path());
@@ -160,7 +159,7 @@ fn check(page: &DocumentPage) -> TempDir {
     directory
 }
 
-/// Expects a figure to be that of a document.
+/// Expects a figure to equal that of a document.
 #[track_caller]
 fn is_figure(directory: &TempDir, drawn: &str, committed: &str) {
     assert!(
@@ -248,20 +247,20 @@ fine tool_contact_normal_force_n 44.94 0.01",
             "file = \"../forces.csv\"",
         ],
     );
-    // The same table as that of the example.
+    // The table equals that of the example.
     let example = include_str!("../../../../examples/laboratory.csv");
     assert_eq!(read(&directory.path().join("forces.csv")), example);
 }
 
-/// Worked numbers of docs/trust.md, by the solver's own properties of a filament
-/// where it has them.
+/// Worked numbers of docs/trust.md, with the solver's own properties of a filament where it has
+/// them.
 #[test]
 fn the_formulas_for_measurements_give_what_the_page_says() {
     let density = 4.0 * 1.743e-3 / (PI * 1e-6 * 0.1 * 20.0);
     let bent = 64.0 * 0.35e-3 * 9.81 * 1e-3 / (3.0 * PI * 1e-12 * 9.3e-3);
     let frequency: f64 = 10.0 * 240.0 / 114.0;
     let rung = 16.0 * density * (TAU * frequency * 0.01 / (1.8751_f64.powi(2) * 1e-3)).powi(2);
-    // It is the frequency of such a filament.
+    // The frequency of such a filament agrees.
     let mut filament = Settings::paper(10.0, 1e-3).filament;
     (filament.length_m, filament.diameter_m) = (0.1, 1e-3);
     (filament.density_kg_m3, filament.youngs_modulus_pa) = (density, rung);
@@ -277,7 +276,7 @@ fn the_formulas_for_measurements_give_what_the_page_says() {
     let (length, roots) = (less(0.34, 0.15), less(1.90, 1.68));
     let of_roots = relative(40.0) * 1.90_f64.powi(2).hypot(1.68_f64.powi(2)) / roots;
 
-    // Each text of the page with its numbers: value, number told, and the unit of its last digit.
+    // Texts of the page with their numbers: value, stated number, and the unit of its last digit.
     let told: [(&str, &[[f64; 3]]); 10] = [
         (
             "20 filaments of 100 mm weigh 1.743 g, so that ρ = 1110 kg/m³",
@@ -436,7 +435,7 @@ pipe friction_work_j 6.50e-3 0.01e-3",
         "rounding/figures/edge_radius.svg",
         include_str!("../../../../docs/edge_rounding_radius.svg"),
     );
-    // The example has the coefficient besides.
+    // The example also has the coefficient.
     let (_, example) = include_str!("../../../../examples/edge_rounding.toml")
         .split_once("\n\n")
         .expect("a heading");

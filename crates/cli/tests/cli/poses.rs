@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use crate::program::{Workspace, brush, has, page_data};
 
-/// The paper's brush, to which lines of `[tool]` can be added.
+/// Returns the paper's brush with further lines of `[tool]`.
 fn file(tool: &str, more: &str) -> String {
     let head = concat!(
         brush!(4),
@@ -92,7 +92,7 @@ fn a_study_of_forces_shows_the_depths() {
             "{name} in {names:?}"
         );
     }
-    // It is what the file states.
+    // The force is stated by the file.
     assert!(
         !names.iter().any(|name| name.starts_with("tool_force_")),
         "{names:?}"
@@ -111,7 +111,7 @@ fn a_study_of_forces_shows_the_depths() {
         "{}",
         data["headline"]
     );
-    // The course is that at the depth that was found.
+    // The course belongs to the depth that was found.
     let impulse = data["courses"][0][1]["turn_impulses"][0].as_f64();
     let expected = directory.column("results/runs.csv", "contact_normal_impulse_n_s")[0];
     let ratio = impulse.expect("an impulse") / expected;

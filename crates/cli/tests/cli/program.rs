@@ -1,4 +1,4 @@
-//! The program under test, the directory in which tests run it, and the input that most give it.
+//! The program under test, the working directory of the tests, and their common input.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,11 +13,11 @@ use bristle_study::input::document::Document;
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A call of the program in a directory, with arguments separated by spaces. Its lines are made for
+/// Returns a call of the program in a directory, with arguments separated by spaces. Its lines fit
 /// 80 columns.
 ///
-/// The environment variable `BRISTLE_TEST_PROGRAM` may give the absolute path of another build. In
-/// tests that take minutes, a release build is faster.
+/// The environment variable `BRISTLE_TEST_PROGRAM` may give the absolute path of another build. A
+/// release build speeds up tests that take minutes.
 pub fn bristle(directory: &Path, arguments: &str) -> Command {
     let other = std::env::var_os("BRISTLE_TEST_PROGRAM").map(Command::new);
     let mut command =
@@ -29,8 +29,8 @@ pub fn bristle(directory: &Path, arguments: &str) -> Command {
     command
 }
 
-/// The sections `[tool]` and `[filament]` of an input file: the paper's brush with a number of
-/// segments, and further lines of `[tool]`.
+/// Expands to the sections `[tool]` and `[filament]` of an input file: the paper's brush with a
+/// number of segments, and further lines of `[tool]`.
 macro_rules! brush {
     ($segments:literal) => {
         brush!($segments, "")
@@ -48,7 +48,7 @@ macro_rules! brush {
 
 pub(crate) use brush;
 
-/// The same brush with so few filaments that they do not touch each other.
+/// Reduces this brush to too few filaments to touch each other.
 pub fn sparse(text: &str) -> String {
     let few = text.replace("filament_count = 10500", "filament_count = 1000");
     few.replace(
@@ -57,21 +57,21 @@ pub fn sparse(text: &str) -> String {
     )
 }
 
-/// The settings in an input file.
+/// Returns the settings in an input file.
 pub fn settings(text: &str) -> Settings {
     Document::parse(text, "case.toml")
         .and_then(|document| document.settings())
         .unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A study in an input file.
+/// Returns the study in an input file.
 pub fn study(text: &str) -> Study {
     Document::parse(text, "case.toml")
         .and_then(|document| document.study())
         .unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The words of a text, whose lines may break between any two.
+/// Returns the words of a text, whose lines may break between any two.
 pub fn words(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
@@ -92,7 +92,7 @@ pub fn lacks(text: &str, parts: &[&str]) {
     }
 }
 
-/// Expects a number to be near another, by a share of it.
+/// Expects a number to be near another, within a share of it.
 #[track_caller]
 pub fn is_near(found: f64, expected: f64, share: f64) {
     assert!(
@@ -101,19 +101,19 @@ pub fn is_near(found: f64, expected: f64, share: f64) {
     );
 }
 
-/// The data in the page of a study.
+/// Returns the data in the page of a study.
 pub fn page_data(page: &str) -> Value {
     let (_, data) = page.split_once("id=\"data\">").expect("the data");
     let (data, _) = data.split_once("</script>").expect("their end");
     serde_json::from_str(data).expect("JSON")
 }
 
-/// The number in a cell of a table.
+/// Returns the number in a cell of a table.
 pub fn number(row: &BTreeMap<String, String>, key: &str) -> f64 {
     row[key].parse().expect(key)
 }
 
-/// The section of a document below a heading of the second level.
+/// Returns the section of a document below a heading of the second level.
 pub fn section<'p>(page: &'p str, heading: &str) -> &'p str {
     let (_, section) = page
         .split_once(&format!("\n## {heading}\n"))
@@ -121,7 +121,7 @@ pub fn section<'p>(page: &'p str, heading: &str) -> &'p str {
     section.split("\n## ").next().unwrap_or(section)
 }
 
-/// What docs/results.md says of a column of results.
+/// Returns the row of docs/results.md about a column of results.
 pub fn documented<T>(column: &Column<T>) -> String {
     let &Column {
         key,
@@ -138,8 +138,9 @@ pub fn documented<T>(column: &Column<T>) -> String {
         .replace("|  |", "| |")
 }
 
-/// Checks the part of a file between two texts, the first of their kind, against what is derived
-/// from a table. Where snapshots are updated (`INSTA_UPDATE=always`), that part is written instead.
+/// Checks that the part of a file between two texts, at their first occurrence, equals `derived`,
+/// which comes from a table. Where snapshots are updated (`INSTA_UPDATE=always`), writes that part
+/// instead.
 pub fn is_derived(path: &str, [before, after]: [&str; 2], derived: &str) {
     let place = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../..")
@@ -158,13 +159,13 @@ pub fn is_derived(path: &str, [before, after]: [&str; 2], derived: &str) {
     }
 }
 
-/// Ends a process at once.
+/// Kills a process.
 pub fn kill(mut child: Child) -> ExitStatus {
     child.kill().expect("the process is ours");
     child.wait().expect("the process is ours")
 }
 
-/// Sends a process what Ctrl-C does.
+/// Sends a process the signal of Ctrl-C.
 pub fn interrupt(child: &Child) {
     let sent = Process::new("kill")
         .args(["-INT", &child.id().to_string()])
@@ -172,8 +173,8 @@ pub fn interrupt(child: &Child) {
     assert!(sent.expect("`kill` is there").success());
 }
 
-/// Whether interrupts are ignored here, and a test of them must be left out. Background jobs of a
-/// shell ignore them, and so do the processes that they start.
+/// Returns `true` if interrupts are ignored here, so that a test of them must be left out.
+/// Background jobs of a shell ignore them, and so do their child processes.
 pub fn ignores_interrupts() -> bool {
     let ignored = Process::new("sh")
         .args(["-c", "kill -INT $$"])
@@ -194,7 +195,7 @@ impl Workspace {
         Self(TempDir::new().expect("a temporary directory"))
     }
 
-    /// A directory with the input file `case.toml`.
+    /// Creates a directory with the input file `case.toml`.
     pub fn with(file: &str) -> Self {
         let workspace = Self::new();
         workspace.write("case.toml", file);
@@ -221,17 +222,17 @@ impl Workspace {
         serde_json::from_str(&self.read(name)).expect(name)
     }
 
-    /// A number in a JSON file.
+    /// Returns a number in a JSON file.
     pub fn number(&self, name: &str, key: &str) -> f64 {
         self.json(name)[key].as_f64().expect(key)
     }
 
-    /// A column of numbers of a table.
+    /// Returns a column of numbers of a table.
     pub fn column(&self, name: &str, key: &str) -> Vec<f64> {
         self.rows(name).iter().map(|row| number(row, key)).collect()
     }
 
-    /// The rows of a table, by the keys of its heading.
+    /// Returns the rows of a table, by the keys of its heading.
     pub fn rows(&self, name: &str) -> Vec<BTreeMap<String, String>> {
         let mut reader = csv::Reader::from_path(self.path(name)).expect(name);
         reader
@@ -240,7 +241,7 @@ impl Workspace {
             .collect()
     }
 
-    /// Makes a directory, and those above it.
+    /// Creates a directory and its parents.
     pub fn make(&self, name: &str) {
         fs::create_dir_all(self.path(name)).expect(name);
     }
@@ -250,7 +251,7 @@ impl Workspace {
         fs::remove_dir_all(self.path(name)).expect(name);
     }
 
-    /// Names of the entries of a directory, sorted; none if there is no such directory.
+    /// Returns the sorted names of the entries of a directory; none if it does not exist.
     pub fn names(&self, directory: &str) -> Vec<String> {
         let entries = fs::read_dir(self.path(directory)).into_iter().flatten();
         let mut names: Vec<String> = entries
@@ -266,7 +267,7 @@ impl Workspace {
         names
     }
 
-    /// All files below a directory, with their contents.
+    /// Returns all files below a directory, with their contents.
     pub fn files(&self, directory: &str) -> BTreeMap<String, Vec<u8>> {
         let mut files = BTreeMap::new();
         for name in self.names(directory) {
@@ -284,19 +285,19 @@ impl Workspace {
         files
     }
 
-    /// The files of a study, without its journal, whose cases are in the order in which they ended.
+    /// Returns the files of a study without its journal, whose cases are in order of completion.
     pub fn results(&self, directory: &str) -> BTreeMap<String, Vec<u8>> {
         let mut files = self.files(directory);
         files.remove("journal.jsonl");
         files
     }
 
-    /// A call of the program in this directory.
+    /// Returns a call of the program in this directory.
     pub fn bristle(&self, arguments: &str) -> Command {
         bristle(self.0.path(), arguments)
     }
 
-    /// The program as a process of its own, which can be stopped.
+    /// Returns the program as a separate process, which can be stopped.
     pub fn process(&self, arguments: &str) -> Process {
         let mut process = Process::new(env!("CARGO_BIN_EXE_bristle"));
         process
@@ -305,7 +306,7 @@ impl Workspace {
         process
     }
 
-    /// What a command that succeeds prints to stdout and stderr.
+    /// Returns stdout and stderr of a successful command.
     pub fn run(&self, arguments: &str) -> [String; 2] {
         let output = self
             .bristle(arguments)
@@ -315,7 +316,7 @@ impl Workspace {
             .clone();
         let texts =
             [output.stdout, output.stderr].map(|text| String::from_utf8(text).expect("UTF-8"));
-        // Neither is a terminal, which alone has bars that are drawn again and again.
+        // Neither is a terminal; only a terminal has bars that are redrawn.
         assert!(
             texts
                 .iter()
@@ -325,29 +326,29 @@ impl Workspace {
         texts
     }
 
-    /// What a command that succeeds prints to stdout.
+    /// Returns stdout of a successful command.
     pub fn printed(&self, arguments: &str) -> String {
         let [printed, _] = self.run(arguments);
         printed
     }
 
-    /// The JSON that a command prints to stdout.
+    /// Returns the JSON that a command prints to stdout.
     pub fn printed_json(&self, arguments: &str) -> Value {
         serde_json::from_str(&self.printed(arguments)).expect("JSON")
     }
 
-    /// What a command that succeeds says on stderr.
+    /// Returns stderr of a successful command.
     pub fn said(&self, arguments: &str) -> String {
         let [_, said] = self.run(arguments);
         said
     }
 
-    /// What a command that succeeds prints to both.
+    /// Returns stdout followed by stderr of a successful command.
     pub fn told(&self, arguments: &str) -> String {
         self.run(arguments).concat()
     }
 
-    /// The message of a command that refuses its input, and prints nothing else.
+    /// Returns the message of a command that refuses its input, and prints nothing else.
     #[track_caller]
     pub fn refused(&self, arguments: &str) -> String {
         let message = self.failed(arguments, 2);
@@ -358,7 +359,7 @@ impl Workspace {
         message
     }
 
-    /// The message of a command that ends with an exit status, and prints nothing else.
+    /// Returns the message of a command that ends with an exit status, and prints nothing else.
     #[track_caller]
     pub fn failed(&self, arguments: &str, status: i32) -> String {
         let ended = self.bristle(arguments).assert().code(status).stdout("");
@@ -371,13 +372,13 @@ impl Workspace {
         has(&self.refused(arguments), parts);
     }
 
-    /// Expects a file to be there.
+    /// Expects a file to exist.
     #[track_caller]
     pub fn has_file(&self, name: &str) {
         assert!(self.path(name).is_file(), "{name}");
     }
 
-    /// Expects nothing to have a name.
+    /// Expects no file of this name.
     #[track_caller]
     pub fn has_no(&self, name: &str) {
         assert!(!self.path(name).exists(), "{name}");

@@ -1,5 +1,5 @@
-//! Random input files, options and calls: each is accepted, or refused with a message that says
-//! where the mistake is.
+//! Random input files, options and calls: each is accepted, or refused with a message that locates
+//! the mistake.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -16,16 +16,16 @@ use proptest::test_runner::{RngSeed, TestRunner};
 use crate::corpora::targets::{STUDY, assert_presentable, read_input};
 use crate::program::{Workspace, settings, sparse};
 
-/// Values of other types, numbers that TOML does not have, and texts that control terminals.
+/// Values of other types, numbers that TOML lacks, and texts that control terminals.
 const ODD: &str = "true|[]|{}|[1.0, nan]|{ start = 1, stop = 2, step = 0.5 }|[[1.0]]|\"25\"|\"\"|\
     1979-05-27|-inf|1e999|-0.0|5e-324|1e308|0x7fffffff|1_000|1.|.5|18446744073709551616|0,03|\
     30 mm|\"30 mm\"|\"\\u001b[31m\\u202e\"|\u{1b}[31m\u{202e}\0";
 
-/// Words that stand for an argument.
+/// Words in place of an argument.
 const WORDS: &str = "|.|-|--|-x|--help|--json|--no-such|-1|1e16|nan|case.toml|no/such/file|\
     /dev/null|\u{1b}[31m\u{202e}|\u{9b}2J\nerror: forged";
 
-/// Calls with their exit statuses: success, a refusal, and what the help states besides.
+/// Calls with their exit statuses: success, a refusal, and others that the help states.
 const CALLS: [(&str, &[i32]); 9] = [
     ("study case.toml --out out --no-figures", &[0, 2, 3]),
     ("study case.toml --out out --json", &[0, 2, 3]),
@@ -38,8 +38,8 @@ const CALLS: [(&str, &[i32]); 9] = [
     ("explain filament.length_m", &[0, 2]),
 ];
 
-/// Tests a property on values of a strategy, the same ones in each run. PROPTEST_CASES and
-/// PROPTEST_RNG_SEED ask for others.
+/// Tests a property on values of a strategy, equal in each run. PROPTEST_CASES and
+/// PROPTEST_RNG_SEED request others.
 fn for_all<S: Strategy>(cases: u32, strategy: S, test: impl Fn(S::Value)) {
     let mut config = ProptestConfig {
         failure_persistence: None,
@@ -62,7 +62,7 @@ fn for_all<S: Strategy>(cases: u32, strategy: S, test: impl Fn(S::Value)) {
 /// A change of the lines of an input file.
 #[derive(Clone, Debug)]
 enum Edit {
-    /// States a setting, in place of those that state the same.
+    /// States a setting, in place of equivalent ones.
     Set(&'static Parameter, String),
     Repeat(Index),
     Drop(Index),
@@ -78,7 +78,7 @@ fn parameter() -> impl Strategy<Value = &'static Parameter> {
     (0..PARAMETERS.len()).prop_map(|index| &PARAMETERS[index])
 }
 
-/// A setting with a value near its default.
+/// Returns a setting with a value near its default.
 fn near() -> impl Strategy<Value = (&'static Parameter, f64)> {
     (parameter(), 0.25_f64..4.0).prop_map(|(own, factor)| {
         let value = factor * own.get(&settings(STUDY));
@@ -87,12 +87,12 @@ fn near() -> impl Strategy<Value = (&'static Parameter, f64)> {
     })
 }
 
-/// A setting with any value.
+/// Returns a setting with any value.
 fn far() -> impl Strategy<Value = (&'static Parameter, f64)> {
     (parameter(), prop_oneof![proptest::num::f64::ANY, -1e4..1e4])
 }
 
-/// A setting with the text of its value.
+/// Returns a setting with the text of its value.
 fn stated() -> impl Strategy<Value = (&'static Parameter, String)> {
     prop_oneof![
         3 => near().prop_map(in_toml),
@@ -115,7 +115,7 @@ fn edit() -> impl Strategy<Value = Edit> {
     ]
 }
 
-/// States a setting in place of those that state the same. Returns the number of its line.
+/// States a setting in place of equivalent ones. Returns the number of its line.
 fn set(lines: &mut Vec<String>, parameter: &Parameter, value: &str) -> usize {
     let heading = format!("[{}]", parameter.section());
     if !lines.contains(&heading) {
@@ -263,7 +263,7 @@ fn calls_end_with_a_status_and_whole_files() {
     let state = include_bytes!("../../../../fuzz/corpus/state/accepted-one.json");
     workspace.write("state.json", state);
     let files = workspace.files(".");
-    // A brush, or tools that are sampled, would take seconds.
+    // A brush, or sampled tools, would take seconds.
     let is_quick = |edit: &Edit| match edit {
         Edit::Set(own, _) => !["brush", "uncertainty", "tool"].contains(&own.section()),
         _ => true,

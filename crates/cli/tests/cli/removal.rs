@@ -1,4 +1,4 @@
-//! Edges that grow round, and filaments that wear.
+//! Edges that become round, and filaments that wear.
 
 use std::f64::consts::TAU;
 
@@ -39,7 +39,7 @@ fn an_edge_grows_until_its_goal() {
     );
     let [turns, areas, works] = ["turns", "removed_area_m2", "edge_sliding_work_j"]
         .map(|key| directory.column("grown/removal.csv", key));
-    // The work by which the area was removed: k_P N_f/b times the mean of W_e over the turns.
+    // Work that removes the area: k_P N_f/b times the mean of W_e over the turns.
     let dose: f64 = (0..200)
         .map(|i| (turns[i + 1] - turns[i]) * (works[i + 1] + works[i]) / 2.0)
         .sum();
@@ -47,7 +47,7 @@ fn an_edge_grows_until_its_goal() {
     for figure in ["edge_radius.svg", "edge_shape.svg", "edge_work.svg"] {
         directory.has_file(&format!("grown/figures/{figure}"));
     }
-    // What was simulated is what `simulate` says, and any number of threads gives the same.
+    // Simulated edges agree with `simulate`, and any number of threads gives equal results.
     directory.run("simulate case.toml --out one --no-figures");
     let one = |key: &str| directory.number("one/metrics.json", key);
     let first = &directory.rows("grown/edge_work.csv")[0];
@@ -87,7 +87,7 @@ fn worn_filaments_press_less_unless_the_tool_follows() {
 #[test]
 fn both_directions_and_both_edges_of_a_chamfer() {
     let directory = Workspace::with(FILE);
-    // The works on the first edge, and on the second where there is one.
+    // Works on the first edge, and on the second, if any.
     let works = |options: &str, keys: &[&str]| -> Vec<f64> {
         let short = "--no-figures --set removal.until={turns=10}";
         directory.run(&format!("wear case.toml --out one {short} {options}"));

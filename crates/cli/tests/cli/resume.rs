@@ -1,5 +1,5 @@
-//! However a study is stopped, it resumes and ends with the same bytes. Nothing here is mocked:
-//! processes are killed, files are truncated and damaged, disks are full.
+//! A stopped study resumes and ends with the same bytes, however it was stopped. Nothing here is
+//! mocked: processes are killed, files are truncated and damaged, disks are full.
 
 use std::fs;
 use std::io::BufReader;
@@ -15,8 +15,8 @@ use serde_json::{Value, json};
 
 use crate::program::{self, brush, has, ignores_interrupts, interrupt, kill, lacks};
 
-/// A study that takes some tenths of a second, with two kinds of passes, and cases that fail. Only
-/// the velocity has several values. With several depths each run would draw maps, which would take
+/// A study that takes some tenths of a second, with two kinds of passes, and failing cases. Only
+/// the velocity has several values: with several depths each run would draw maps, which would take
 /// longer than the simulation.
 const FILE: &str = concat!(
     brush!(10, "filament_count_uncertainty = 600\n"),
@@ -31,7 +31,7 @@ penetration_depth_m = [2.0e-3]
 \"contact.stiffness_n_m\" = [1e5, 1e300]
 "
 );
-/// The number of its cases, and of those that fail.
+/// Number of cases, and of failing cases.
 const CASES: usize = 180;
 const FAILURES: usize = 90;
 /// The contents of the directory after a study has ended.
@@ -50,12 +50,12 @@ const FAILED_CASES: i32 = 3;
 const REFUSED: i32 = 2;
 const INTERRUPTED: i32 = 130;
 
-/// A study long enough to keep running throughout a test.
+/// Returns a study long enough to keep running throughout a test.
 fn long_file() -> String {
     FILE.replace("step = 0.5", "step = 0.001")
 }
 
-/// `runs.csv` of the undisturbed study, and the time that it takes.
+/// `runs.csv` of the undisturbed study, and its duration.
 static UNDISTURBED: LazyLock<(String, Duration)> = LazyLock::new(|| {
     let workspace = ResumeDirectory::new();
     let begin = Instant::now();
@@ -92,7 +92,7 @@ impl ResumeDirectory {
         self.0.write("results/journal.jsonl", bytes);
     }
 
-    /// A call of the study in this directory.
+    /// Returns a call of the study in this directory.
     fn command(&self, options: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_bristle"));
         command
@@ -101,7 +101,7 @@ impl ResumeDirectory {
         self.set_up(command)
     }
 
-    /// The same from a shell that has run `before`.
+    /// Returns this call from a shell that has run `before`.
     fn command_after(&self, before: &str) -> Command {
         let mut command = Command::new("sh");
         command.args([
@@ -138,12 +138,12 @@ impl ResumeDirectory {
         output
     }
 
-    /// The message of a study that ends as if nothing had disturbed it.
+    /// Returns the message of a study that ends as if nothing had disturbed it.
     fn said_undisturbed(&self, options: &str) -> String {
         error_text(&self.ends_as_undisturbed(options))
     }
 
-    /// Expects the files of an undisturbed study, and no others.
+    /// Expects exactly the files of an undisturbed study.
     fn is_as_undisturbed(&self) {
         assert!(self.read("runs.csv") == UNDISTURBED.0, "runs.csv differs");
         let digest = bristle_codegen::fingerprint::digest(UNDISTURBED.0.as_bytes());
@@ -155,14 +155,14 @@ impl ResumeDirectory {
         assert_eq!(self.done(), CASES);
     }
 
-    /// The number of cases in the journal, no line of which is cut off.
+    /// Returns the number of cases in the journal, none of whose lines is cut off.
     fn done(&self) -> usize {
         let (results, length) = self.contents(FILE).expect("the journal is whole");
         assert_eq!(length.torn, 0, "no line is cut off");
         results.iter().flatten().count()
     }
 
-    /// Expects the study to be refused, and its result files to stay unchanged.
+    /// Expects the study to be refused with unchanged result files.
     fn is_refused(&self, options: &str) -> String {
         let files = || (self.journal(), fs::read(self.result("runs.csv")).ok());
         let before = files();
@@ -173,12 +173,12 @@ impl ResumeDirectory {
         message
     }
 
-    /// The contents of the journal of the study in an input file.
+    /// Returns the contents of the journal of the study in an input file.
     fn contents(&self, file: &str) -> Result<(Vec<Option<CaseResult>>, Length), JournalError> {
         StudyKeys::new(&program::study(file)).read(BufReader::new(self.journal().as_slice()))
     }
 
-    /// The number of complete lines in the journal, including the header.
+    /// Returns the number of complete lines in the journal, including the header.
     fn lines(&self) -> usize {
         self.journal().iter().filter(|&&byte| byte == b'\n').count()
     }
@@ -202,7 +202,7 @@ fn ends(output: &Output, status: i32) -> String {
 fn error_text(output: &Output) -> String {
     let text = String::from_utf8(output.stderr.clone()).expect("messages are UTF-8");
     assert!(!text.contains("panicked"), "{text}");
-    // No progress bar where there is no terminal.
+    // No progress bar without a terminal.
     assert!(!text.contains(['\r', '\u{1b}']), "{text:?}");
     text
 }
@@ -298,7 +298,7 @@ fn a_line_that_was_cut_off_is_dropped_with_a_note() {
         &[&note, "179 of 180 cases", logged],
     );
     workspace.is_as_undisturbed();
-    // The same for a header that was cut off.
+    // A header that was cut off is dropped, too.
     workspace.write_journal(&whole[..100]);
     has(
         &workspace.said_undisturbed(""),
@@ -306,7 +306,7 @@ fn a_line_that_was_cut_off_is_dropped_with_a_note() {
     );
 }
 
-/// The unit tests of `bristle_app::store::journal` have more of them.
+/// More tests are in `bristle_app::store::journal`.
 #[test]
 fn other_journals_are_not_mixed_in() {
     let workspace = ResumeDirectory::new();
@@ -339,7 +339,7 @@ fn other_journals_are_not_mixed_in() {
     journal[middle] ^= 0x10;
     workspace.write_journal(&journal);
     has(&workspace.is_refused(""), &[" is damaged", "--restart"]);
-    // Not even a restart discards what belongs to someone else.
+    // Not even a restart discards a file that belongs to someone else.
     workspace.write_journal(b"what I did today\n");
     for options in ["", "--restart"] {
         has(
@@ -416,7 +416,7 @@ fn progress_and_summary_are_for_programs_too() {
         "seconds": null, "files": files, "findings": null,
     });
     assert_eq!(summary, expected);
-    // There are no tables, but warnings of what is unusual and errors are reported.
+    // There are no tables, but warnings and errors are reported.
     let message = error_text(&output);
     assert!(message.starts_with("warning: "), "{message}");
     has(
@@ -502,8 +502,7 @@ mod unix {
         has(&message, &[&expected]);
     }
 
-    /// Writing fails if a file would exceed the limit set by the shell, just as it would on a full
-    /// disk.
+    /// Writing fails if a file would exceed the limit of the shell, as on a full disk.
     #[test]
     fn a_file_that_cannot_grow_loses_nothing() {
         let workspace = ResumeDirectory::new();
@@ -532,14 +531,14 @@ mod unix {
         let (_, done) = stops(0, "journal.jsonl");
         assert_eq!(workspace.0.names("results"), ["journal.jsonl"]);
         assert_eq!((workspace.journal().len(), done), (0, 0));
-        // Some cases do.
+        // Some cases fit.
         let (message, done) = stops(30, "journal.jsonl");
         assert_eq!(workspace.0.names("results"), ["figures", "journal.jsonl"]);
         assert!(0 < done && done < CASES);
         let done = format!("{done} of 180 cases are in the journal");
         has(&message, &[&done, "run the same command again to resume"]);
         workspace.ends_as_undisturbed("");
-        // All do, but the table of results does not: the earlier one stays.
+        // All cases fit, but the table of results does not: the earlier one stays.
         workspace.0.write("results/runs.csv", "the earlier one");
         let (message, done) = stops(2, "runs.csv");
         has(&message, &["180 of 180 cases are in the journal"]);
@@ -556,7 +555,7 @@ mod unix {
         let workspace = ResumeDirectory::new();
         workspace.ends_as_undisturbed("");
         let before = (workspace.journal(), workspace.read("runs.csv"));
-        // As root of a namespace of its own, in which it may mount.
+        // As root of a separate namespace, where it may mount.
         let unshare = |script: &str| {
             let mut command = Command::new("unshare");
             command.args(["--map-root-user", "--mount", "sh", "-e", "-c", script]);

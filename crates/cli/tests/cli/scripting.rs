@@ -41,7 +41,7 @@ fn options_state_settings_as_the_file_would() {
         "{study} --set study.rotational_speed_rpm=[600,1200]"
     ));
     assert_eq!(directory.rows("swept/runs.csv").len(), 2);
-    // A file that is incomplete alone.
+    // A file that is incomplete without options.
     let directory = Workspace::with(&FILE.replace("length_m = 0.040\n", ""));
     directory.run("simulate case.toml --out whole --set filament.length_m=0.04 --no-figures");
 }
@@ -74,7 +74,7 @@ fn stdin_is_a_file_too() {
     );
 }
 
-/// The endings of the files in a directory.
+/// Returns the endings of the files in a directory.
 fn endings(directory: &Workspace, of: &str) -> Vec<String> {
     let names = directory.names(of).into_iter();
     let endings = names.filter_map(|name| Some(name.rsplit_once('.')?.1.to_owned()));
@@ -117,7 +117,7 @@ fn figures_are_drawn_as_asked() {
     has(&svg, &[">One contact"]);
     directory.run("report one --no-title --figures svg");
     lacks(&directory.read("one/figures/history.svg"), &["One contact"]);
-    // The unit tests of `bristle_app::report::drawing::format` have more of them.
+    // More tests are in `bristle_app::report::drawing::format`.
     for (options, told) in [
         ("--figure-width 84", "must be a length with its unit"),
         ("--font-size 72pt", "must be 4 pt to 24 pt"),
@@ -135,7 +135,7 @@ fn figures_are_drawn_as_asked() {
             directory.refuses(&format!("{command} --out new {options}"), &[told]);
         }
     }
-    // It is refused before anything is written.
+    // The call is refused before any file is written.
     directory.has_no("new");
 }
 
@@ -157,7 +157,7 @@ fn shards_make_the_results_of_one_call() {
     directory.run("report part-1 part-2 part-3 --out merged");
     let [whole, merged] = ["whole", "merged"].map(|out| directory.results(out));
     assert!(whole == merged, "results differ");
-    // A shard resumes, and what is not a shard of the study is refused.
+    // A shard resumes, and files that are not a shard of the study are refused.
     let again = directory.said("study case.toml --out part-1 --shard 1/3");
     has(&again, &["3 of 8 cases are in"]);
     directory.run("study case.toml --out five --shard 2/3 --set filament.segments=5");

@@ -1,4 +1,4 @@
-//! The speed of the machine: settings, results and figures by the rotational speed instead of the
+//! The rotational speed of the tool: settings, results and figures with this speed instead of the
 //! velocity of the tips.
 
 use std::f64::consts::TAU;
@@ -31,7 +31,7 @@ fn speed_and_velocity_give_the_same_contact() {
     let by_speed = metrics("rotational_speed_rpm = 600");
     let by_velocity = metrics(&format!("brushing_velocity_m_s = {:?}", velocity(600.0)));
     for (key, value) in by_speed.as_object().expect("an object") {
-        // The velocity that follows is rounded. A residual is a small difference of large sums,
+        // The derived velocity is rounded. A residual is a small difference between large sums,
         // relative to them already.
         let [here, there] = [value, &by_velocity[key]].map(|value| value.as_f64().unwrap_or(0.0));
         let scale = if key.ends_with("_residual") {
@@ -95,7 +95,7 @@ fn a_speed_that_is_held_gives_each_length_its_velocity() {
     let held = velocities("rotational_speed_rpm = 600");
     is_near(held[0], velocity(600.0) * 0.17 / RADIUS_M, 1e-13);
     is_near(held[1], velocity(600.0), 1e-13);
-    // A velocity that is held gives each length its speed.
+    // A constant velocity gives each length its speed.
     assert_eq!(velocities("brushing_velocity_m_s = 10"), [10.0, 10.0]);
 }
 

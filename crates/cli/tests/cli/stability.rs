@@ -1,5 +1,4 @@
-//! Lateral stability as users see it: warnings, marks and advice, and the numbers of
-//! docs/notes.md.
+//! Lateral stability as users see it: warnings, marks and advice, and the numbers of docs/notes.md.
 
 use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
@@ -10,7 +9,7 @@ use serde_json::Value;
 
 use crate::program::{self, Workspace, brush, has, lacks, section, sparse};
 
-/// The paper's brush, in fewer segments: slow passes are unstable without friction.
+/// The paper's brush with fewer segments: slow passes are unstable without friction.
 const HEAD: &str = concat!(
     brush!(10, "filament_count_uncertainty = 600\n"),
     "
@@ -20,7 +19,7 @@ penetration_depth_m = 1.0e-3
 "
 );
 
-/// The warning in a text, which ends it.
+/// Returns the warning at the end of a text.
 fn warning(text: &str) -> &str {
     text.find("warning[").map_or("", |start| &text[start..])
 }
@@ -40,7 +39,7 @@ fn an_unstable_contact_has_a_warning_that_helps() {
     let amplification = directory.number("one/metrics.json", "lateral_amplification");
     assert!(amplification > 1.0, "{amplification}");
 
-    // A stable contact has none.
+    // A stable contact has no warning.
     directory.write("case.toml", sparse(&HEAD.replace("2.5", "15.0")));
     let text = directory.said("simulate case.toml --out one");
     assert!(!text.contains("laterally unstable"), "{text}");
@@ -59,7 +58,7 @@ fn a_study_counts_its_unstable_cases_and_marks_them() {
     let is_json = |line: &str| serde_json::from_str::<Value>(line).is_ok();
     assert!(objects.lines().all(is_json), "{objects}");
 
-    // The line of the help is one of [study]. A study that sweeps the tilt needs no help.
+    // The line of the help belongs to [study]. A study that sweeps the tilt needs no help.
     let study_with = |line: &str| {
         directory.write("case.toml", sparse(&format!("{HEAD}{SWEEPS}{line}\n")));
         directory
@@ -109,15 +108,15 @@ fn results(study: &Study) -> Vec<CaseResult> {
     run_study(study, None, || {}).expect("threads")
 }
 
-/// The results of a study in examples/ whose table is in the document.
+/// Returns the results of a study in examples/ whose table is in the document.
 fn example(text: &str) -> (Study, Vec<CaseResult>) {
     let study = program::study(text);
     let results = results(&study);
     (study, results)
 }
 
-/// The rows of the table below a heading of docs/notes.md, without those of its own heading:
-/// the cells as numbers.
+/// Returns the rows of the table below a heading of docs/notes.md, as numbers and without its own
+/// heading.
 fn documented(heading: &str) -> Vec<Vec<f64>> {
     let section = section(include_str!("../../../../docs/notes.md"), heading);
     let number = |cell: &str| {
@@ -140,7 +139,7 @@ fn documented(heading: &str) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// The metrics of a case of the study.
+/// Returns the metrics of a case of the study.
 fn metrics(study: &Study, results: &[CaseResult], wanted: [f64; 3]) -> Metrics {
     let case = (0..study.case_count()).find(|&case| {
         let Settings {

@@ -1,4 +1,4 @@
-//! Named tools of a study, and saved studies that are compared as such.
+//! Named tools of a study, and saved studies that are compared as tools.
 
 use serde_json::Value;
 
@@ -31,12 +31,12 @@ filament = { length_m = 0.030, diameter_m = 0.3e-3, material = \"steel\" }
 tool = { body_radius_m = 0.1, fill_factor = 0.2 }
 ";
 
-/// A study of three tools.
+/// Returns a study of three tools.
 pub fn file() -> String {
     format!("{HEAD}{SWEEPS}{TOOLS}")
 }
 
-/// What a tool states, as settings of a file of its own.
+/// Settings of each tool, as in a file without tools.
 const ALONE: [(&str, &[(&str, &str)]); 3] = [
     ("plain", &[]),
     (
@@ -58,14 +58,14 @@ const ALONE: [(&str, &[(&str, &str)]); 3] = [
     ),
 ];
 
-/// A directory with a study of three tools in `results`, and what it showed.
+/// Returns a directory with a study of three tools in `results`, and its output.
 fn with_tools() -> (Workspace, String) {
     let workspace = Workspace::with(&file());
     let shown = workspace.printed("study case.toml --out results --figures all,svg");
     (workspace, shown)
 }
 
-/// The rows of `runs.csv` without the column `without`, if there is one.
+/// Returns the rows of `runs.csv` without the column `without`, if any.
 fn rows(text: &str, without: &str) -> Vec<Vec<String>> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let left_out = reader
@@ -100,7 +100,7 @@ fn each_tool_has_the_results_of_a_study_of_its_own() {
         });
         workspace.write("alone.toml", format!("{file}{SWEEPS}"));
         workspace.run("study alone.toml --out alone --restart --no-figures");
-        // What follows from a fill factor is a column of a study that states it.
+        // A value derived from a fill factor is a column of a study that states the factor.
         let alone = rows(&workspace.read("alone/runs.csv"), "tool.fill_factor");
         assert_eq!(alone, together[4 * position..][..4], "{name}");
     }
@@ -165,7 +165,7 @@ fn options_state_what_a_tool_has() {
             "--set study.tools.fine_2.filament.diameter_m=0.7e-3",
             "  diameter d in mm                     1.18     0.7           0.3\n",
         ),
-        // It replaces the path in quotes, too, and what states the same in another way.
+        // It replaces the path in quotes, too, and equivalent settings.
         (
             "--set study.tools.fine_2.tool.fill_factor=0.5",
             "  number of filaments N_f             10500   31110         35560\n",
@@ -234,7 +234,7 @@ fn tools_alone_are_an_axis() {
     assert_eq!(workspace.read("results/runs.csv").lines().count(), 4);
 }
 
-/// The unit tests of `bristle_app::insight::joined` have more of them.
+/// More tests are in `bristle_app::insight::joined`.
 #[test]
 fn saved_studies_are_compared_as_tools() {
     let workspace = Workspace::new();
@@ -276,7 +276,7 @@ fn saved_studies_are_compared_as_tools() {
     workspace.run("report compared --figures svg");
     let advice = workspace.printed("advise compared");
     has(&advice, &["Best case of each tool", "With tool thin"]);
-    // A study of tools has each of them.
+    // A study of tools contributes each of them.
     let shown = workspace.printed("report compared studies/old --out all --no-figures");
     has(&shown, &["compared: old", "compared: thin"]);
     let shown = workspace.printed("report studies/old same=studies/old --out same --no-figures");

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use crate::program::{Workspace, brush, has, lacks, sparse, words};
 
-/// A fast brush in few segments, whose filaments come back still vibrating.
+/// A fast brush with few segments, whose filaments return still vibrating.
 const HEAD: &str = concat!(
     brush!(4, "filament_count_uncertainty = 600\n"),
     "
@@ -48,7 +48,7 @@ fn the_turns_of_a_contact_are_in_its_files() {
         "steady"
     );
 
-    // The figures are drawn again with the same bytes, from the saved files only.
+    // Figures are redrawn with the same bytes, from the saved files only.
     directory.run("report one --out again");
     let [one, again] = ["one", "again"].map(|out| directory.files(&format!("{out}/figures")));
     assert!(one == again && one.contains_key("turns.svg"));

@@ -1,12 +1,12 @@
-//! What commands print fits a terminal: 80 columns where nothing else is known, more where there
-//! are more.
+//! Output of commands fits a terminal: 80 columns if the width is unknown, more in a wider
+//! terminal.
 
 use bristle_study::text::columns;
 use insta::assert_snapshot;
 
 use crate::program::{Workspace, has};
 
-/// The start of all input files: a brush whose passes are quick.
+/// Start of all input files: a brush with quick passes.
 const HEAD: &str = "\
 [tool]
 body_radius_m = 0.140
@@ -23,9 +23,9 @@ relative_tolerance = 1e-3
 const PROCESS: &str = "[process]\nbrushing_velocity_m_s = 10.0\npenetration_depth_m = 1e-3\n";
 const EDGE: &str = "[contact]\nfriction_coefficient = 0.3\n[workpiece]\nkind = \"chamfer\"\nedge_radius_m = 2e-4\nchamfer_width_m = 2e-3\n";
 const ONE_ROW: &str = "[brush]\nrows = 1\ncolumns = 8\nsteady = false\n";
-/// Twelve velocities, of which a table at 80 columns has room for nine.
+/// Twelve velocities; a table at 80 columns has room for nine.
 const GRID: &str = "[study]\nbrushing_velocity_m_s = { start = 2.5, stop = 30.0, step = 2.5 }\npenetration_depth_m = [1e-3, 3e-3]\n";
-const FEW: &str =
+const SMALL_GRID: &str =
     "[study]\nbrushing_velocity_m_s = [10.0, 20.0]\npenetration_depth_m = [1e-3, 3e-3]\n";
 const LONG_KEYS: &str = "\
 \"filament.waviness_amplitude_m\" = [0.0, 1e-4]
@@ -54,7 +54,7 @@ columns = { brushing_velocity_m_s = \"v [m/min]\", penetration_depth_m = \"ae [m
 const SCATTER: &str =
     "[uncertainty]\nsamples = 64\ndiameter_std_m = 0.05e-3\nyoungs_modulus_std_pa = 0.3e9\n";
 
-/// The name of an input file, its sections below [`HEAD`], and commands.
+/// Name of an input file, its sections below [`HEAD`], and commands.
 const CASES: &[(&str, &[&str], &[&str])] = &[
     (
         "grid",
@@ -76,17 +76,17 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "long",
-        &[FEW, LONG_KEYS],
+        &[SMALL_GRID, LONG_KEYS],
         &["study long.toml --out long --figures svg", "advise long"],
     ),
     (
         "edge",
-        &[EDGE, FEW, "\"workpiece.offset_m\" = [0.0, 1e-3]\n"],
+        &[EDGE, SMALL_GRID, "\"workpiece.offset_m\" = [0.0, 1e-3]\n"],
         &["study edge.toml --out edge --no-figures", "advise edge"],
     ),
     (
         "steady",
-        &[PROCESS, "turns = \"steady\"\n", FEW],
+        &[PROCESS, "turns = \"steady\"\n", SMALL_GRID],
         &[
             "study steady.toml --out steady --no-figures",
             "advise steady",
@@ -95,7 +95,7 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "scatter",
-        &[SCATTER, FEW, MEASURED],
+        &[SCATTER, SMALL_GRID, MEASURED],
         &[
             "study scatter.toml --out scatter --no-figures",
             "advise scatter --max-force 30 --no-verify",
@@ -104,7 +104,7 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "tools",
-        &[FEW, TOOLS],
+        &[SMALL_GRID, TOOLS],
         &[
             "study tools.toml --out tools --no-figures",
             "advise tools --max-force 20 --no-verify",
@@ -113,12 +113,12 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "measured",
-        &[FEW, MEASURED],
+        &[SMALL_GRID, MEASURED],
         &["study measured.toml --out measured --no-figures"],
     ),
     (
         "brush",
-        &[PROCESS, ONE_ROW, FEW],
+        &[PROCESS, ONE_ROW, SMALL_GRID],
         &[
             "simulate brush.toml --out brush --no-figures",
             "study brush.toml --out brushes --no-figures",
@@ -133,7 +133,7 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "shards",
-        &[FEW],
+        &[SMALL_GRID],
         &[
             "study shards.toml --out shard --shard 1/1",
             "report --out merged shard --no-figures",
@@ -152,8 +152,8 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
     ),
 ];
 
-/// What a command prints to stdout and stderr in a terminal of so many columns, or where nothing
-/// says how many there are.
+/// Returns the output of a command on stdout and stderr, in a terminal of this many columns or one
+/// of unknown width.
 fn printed(directory: &Workspace, command: &str, width: Option<usize>) -> [String; 2] {
     let mut call = directory.bristle(command);
     if let Some(width) = width {
@@ -163,7 +163,7 @@ fn printed(directory: &Workspace, command: &str, width: Option<usize>) -> [Strin
     [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).expect("UTF-8"))
 }
 
-/// A directory with the input file of a case and its forces.
+/// Returns a directory with the input file of a case and its forces.
 fn directory_of(name: &str, sections: &[&str]) -> Workspace {
     let directory = Workspace::new();
     let text = [&[HEAD], sections].concat().concat();
@@ -210,7 +210,8 @@ fn help_of_each_command_in_80_columns() {
 #[test]
 fn a_wider_terminal_is_used() {
     let directory = directory_of("grid", &[GRID]);
-    // Two parts of six velocities, or all side by side. A sentence stands below its row, or beside.
+    // Two parts of six velocities, or all side by side. A sentence stands below its row, or beside
+    // it.
     for (width, velocities, sentence) in [
         (None, 6, "\n        The highest of 24 cases"),
         (Some(120), 12, "  The highest of 24 cases"),
