@@ -1,7 +1,7 @@
 //! Records as NumPy arrays, one per column.
 //!
-//! A column is gathered once and then belongs to NumPy; it is not copied again. Arrays cannot be
-//! written to.
+//! A column is gathered once and then belongs to NumPy; it is not copied again. Arrays are
+//! read-only.
 
 use bristle::model::record::Column;
 use numpy::ndarray::Dimension;
@@ -9,7 +9,7 @@ use numpy::{Element, PyArray, PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// An array that cannot be written to.
+/// Makes an array read-only.
 pub fn frozen<'py, T: Element, D: Dimension>(
     array: Bound<'py, PyArray<T, D>>,
 ) -> Bound<'py, PyAny> {
@@ -43,7 +43,7 @@ pub fn add_columns<R: 'static>(
     Ok(())
 }
 
-/// Some columns of `records`.
+/// Returns some columns of `records`.
 pub fn table<'py, R>(
     py: Python<'py>,
     columns: &'static [Column<R>],

@@ -1,4 +1,4 @@
-//! Filaments that touch each other.
+//! Brushes with filaments that touch each other.
 
 use std::num::NonZeroUsize;
 
@@ -23,13 +23,13 @@ use crate::error::{of_brush, of_settings, of_value};
 use crate::input::Input;
 use crate::interrupt::on_a_thread_sharing;
 
-/// A brush that has been simulated.
+/// A simulated brush.
 #[pyclass(frozen, module = "bristle._bristle")]
 pub struct SimulatedBrush {
     settings: Settings,
     result: BrushResult,
     frames: usize,
-    /// The state at its end, from which the result follows.
+    /// The final state, from which the result follows.
     state: Vec<u8>,
 }
 
@@ -96,7 +96,7 @@ impl SimulatedBrush {
 
 #[pymethods]
 impl SimulatedBrush {
-    /// What `metrics.json` has.
+    /// Returns the content of `metrics.json`.
     fn metrics(&self) -> PyResult<String> {
         let mut text = Vec::new();
         let band = calibration_band(&self.settings, &self.result.tool).map_err(of_value)?;
@@ -104,7 +104,7 @@ impl SimulatedBrush {
         String::from_utf8(text).map_err(of_value)
     }
 
-    /// What the program warns of.
+    /// Returns the warnings of the program.
     fn warnings(&self) -> Vec<String> {
         let findings = self.found();
         findings
@@ -118,7 +118,7 @@ impl SimulatedBrush {
         serde_json::to_string(&self.found()).map_err(of_settings)
     }
 
-    /// The columns of `filaments.csv`, and their units.
+    /// Returns the columns of `filaments.csv`, and their units.
     fn filaments<'py>(&self, py: Python<'py>) -> PyResult<Columns<'py>> {
         let filaments = &self.result.filaments;
         let metrics: Vec<_> = filaments.iter().map(|each| each.metrics.clone()).collect();
@@ -129,17 +129,17 @@ impl SimulatedBrush {
         Ok(columns)
     }
 
-    /// The columns of `history.csv`, and their units.
+    /// Returns the columns of `history.csv`, and their units.
     fn history<'py>(&self, py: Python<'py>) -> PyResult<Columns<'py>> {
         table(py, MOMENT, &self.result.history)
     }
 
-    /// The columns of `contacts.csv`, and their units.
+    /// Returns the columns of `contacts.csv`, and their units.
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Columns<'py>> {
         table(py, PAIR, &self.result.pairs)
     }
 
-    /// Times of the frames in s, and the nodes of all filaments in m.
+    /// Returns the times of the frames in s, and the nodes of all filaments in m.
     fn frames<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let frames = &self.result.frames;
         let times = frames.iter().map(|frame| frame.time_s).collect();
@@ -157,7 +157,7 @@ impl SimulatedBrush {
         Ok((frozen(PyArray1::from_vec(py, times)), frozen(nodes)))
     }
 
-    /// Everything but the settings, for [`SimulatedBrush::of_state`].
+    /// Returns everything but the settings, for [`SimulatedBrush::of_state`].
     fn state<'py>(&self, py: Python<'py>) -> (usize, Bound<'py, PyBytes>, [f64; 2]) {
         let tool = &self.result.tool;
         (
@@ -167,7 +167,7 @@ impl SimulatedBrush {
         )
     }
 
-    /// The brush of which [`SimulatedBrush::state`] has told.
+    /// Restores the brush from the result of [`SimulatedBrush::state`].
     #[staticmethod]
     fn of_state(
         py: Python<'_>,
@@ -194,7 +194,8 @@ impl SimulatedBrush {
         })
     }
 
-    /// The page that `bristle simulate` writes, without what the file leaves to its defaults.
+    /// Returns the page that `bristle simulate` writes, without the settings that the file leaves
+    /// to their defaults.
     fn page(&self, py: Python<'_>, name: &str) -> String {
         let BrushResult {
             filaments,

@@ -1,4 +1,4 @@
-//! Settings from measured forces.
+//! Settings from measured forces or radii.
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -18,7 +18,7 @@ use crate::error::{of_file, of_input, of_settings};
 use crate::input::{Input, occupied_for};
 use crate::interrupt::on_a_thread_sharing;
 
-/// Tells how far a calibration is.
+/// Reports the progress of a calibration.
 struct Share<'a>(&'a (dyn Fn(f64) + Sync));
 
 impl Observer for Share<'_> {
@@ -27,8 +27,8 @@ impl Observer for Share<'_> {
     }
 }
 
-/// What `calibration.json` has of a calibration of `input` by the table `measured` and its relative
-/// standard deviation, and its text; its files are written to the directory `out`, if there is one.
+/// Calibrates `input` to the table `measured` with its relative standard deviation. Returns the
+/// content of `calibration.json`, and its text. Writes the files to the directory `out`, if any.
 /// Each of `fit` is a key, or a key and its range.
 #[pyfunction]
 pub fn calibrate(

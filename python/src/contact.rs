@@ -23,16 +23,16 @@ use crate::input::Input;
 use crate::interrupt::{Watch, on_a_thread};
 use crate::tool::SampledTool;
 
-/// A pass that has been simulated.
+/// A simulated pass.
 #[pyclass(frozen, module = "bristle._bristle")]
 pub struct Simulated {
     settings: Settings,
     simulation: Simulation,
 }
 
-/// Simulates the contact of `input`, sampled at `samples` times, with the filament at `shapes`
-/// times, and with another `tool` if there is one. Calls `tell` now and then with the share that is
-/// done.
+/// Simulates the contact of `input`, sampled at `samples` times, with the shape of the filament at
+/// `shapes` times, and with another `tool`, if any. Calls `tell` now and then with the share that
+/// is done.
 #[pyfunction]
 pub fn simulate(
     py: Python<'_>,
@@ -70,7 +70,7 @@ pub fn simulate(
     })
 }
 
-/// What [`Simulated::state`] tells.
+/// Result of [`Simulated::state`].
 type State<'py> = (
     String,
     f64,
@@ -80,7 +80,7 @@ type State<'py> = (
 );
 
 impl Simulated {
-    /// What is kept of a case.
+    /// Returns the summary of the pass as a case of a study.
     fn summary(&self) -> CaseSummary {
         let Simulation {
             metrics,
@@ -114,14 +114,14 @@ impl Simulated {
 
 #[pymethods]
 impl Simulated {
-    /// What `metrics.json` has.
+    /// Returns the content of `metrics.json`.
     fn metrics(&self) -> PyResult<String> {
         let mut text = Vec::new();
         write_metrics(&mut text, &self.settings, &self.simulation)?;
         String::from_utf8(text).map_err(of_value)
     }
 
-    /// The work of the solver.
+    /// Returns the work of the solver.
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let numbers = PyDict::new(py);
         for column in Statistics::COLUMNS {
@@ -135,7 +135,7 @@ impl Simulated {
         Ok(numbers)
     }
 
-    /// What the program warns of.
+    /// Returns the warnings of the program.
     fn warnings(&self) -> Vec<String> {
         let findings = self.found();
         findings
@@ -149,17 +149,17 @@ impl Simulated {
         serde_json::to_string(&self.found()).map_err(of_settings)
     }
 
-    /// The columns of `history.csv`, and their units.
+    /// Returns the columns of `history.csv`, and their units.
     fn history<'py>(&self, py: Python<'py>) -> PyResult<Columns<'py>> {
         table(py, Sample::COLUMNS, &self.simulation.history)
     }
 
-    /// The columns of `profile.csv`, and their units.
+    /// Returns the columns of `profile.csv`, and their units.
     fn profile<'py>(&self, py: Python<'py>) -> PyResult<Columns<'py>> {
         table(py, ProfileCell::COLUMNS, &self.simulation.profile)
     }
 
-    /// Times in s of the shapes, and their nodes in m.
+    /// Returns the times of the shapes in s, and their nodes in m.
     fn shapes<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let shapes = &self.simulation.shapes;
         let times = shapes.iter().map(|shape| shape.time_s).collect();
@@ -173,9 +173,9 @@ impl Simulated {
         Ok((frozen(PyArray1::from_vec(py, times)), frozen(nodes)))
     }
 
-    /// The page of the program for a study of this case alone.
+    /// Returns the page of the program for a study of this case alone.
     fn page(&self, py: Python<'_>, name: &str) -> PyResult<String> {
-        // A filament alone, as it was simulated.
+        // A filament alone, as in the simulation.
         let settings = Settings {
             brush: None,
             ..self.settings.clone()
@@ -204,7 +204,7 @@ impl Simulated {
         })?
     }
 
-    /// Everything but the settings, for [`Simulated::of_state`]: what is kept of a case as JSON, the
+    /// Returns everything but the settings, for [`Simulated::of_state`]: the summary as JSON, the
     /// tables as their files, and the shapes.
     fn state<'py>(&self, py: Python<'py>) -> PyResult<State<'py>> {
         let summary = serde_json::to_string(&self.summary()).map_err(of_value)?;
@@ -221,7 +221,7 @@ impl Simulated {
         ))
     }
 
-    /// The pass of which [`Simulated::state`] has told.
+    /// Restores the pass from the result of [`Simulated::state`].
     #[staticmethod]
     fn of_state(input: &Input, state: State<'_>) -> PyResult<Self> {
         let (summary, end_time_s, history, profile, (times, nodes)) = state;

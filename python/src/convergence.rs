@@ -1,4 +1,4 @@
-//! How far a result depends on the precision of its computation.
+//! Convergence of a result with the precision of its computation.
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -17,7 +17,7 @@ use crate::error::{of_file, of_settings};
 use crate::input::{Input, occupied_for};
 use crate::interrupt::on_a_thread_sharing;
 
-/// Tells the share of the cases that are done.
+/// Reports the share of finished cases.
 struct Share<'a> {
     tell: &'a (dyn Fn(f64) + Sync),
     done: AtomicUsize,
@@ -31,8 +31,8 @@ impl Observer for Share<'_> {
     }
 }
 
-/// Returns the text of `converge.json` for the settings of `input`, and what the program prints.
-/// The files are written to the directory `out`, if there is one.
+/// Returns the text of `converge.json` for the settings of `input`, and the text that the program
+/// prints. Writes the files to the directory `out`, if any.
 #[pyfunction]
 pub fn converge(
     py: Python<'_>,

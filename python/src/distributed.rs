@@ -1,4 +1,4 @@
-//! Some cases of a study, which another process gathers.
+//! Cases of a study whose results another process gathers.
 
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
@@ -14,7 +14,7 @@ use crate::input::Input;
 use crate::interrupt::on_a_thread_telling;
 use crate::study::of_run;
 
-/// Cases of a study that are simulated for somebody else.
+/// Cases of a study that are simulated for another process.
 #[pyclass(frozen, module = "bristle._bristle")]
 pub struct Cases {
     study: Study,
@@ -33,7 +33,7 @@ impl Cases {
     }
 
     /// Simulates some cases on one thread, and returns a journal with their results. Calls `tell`
-    /// now and then, whose exception stops it.
+    /// now and then; its exception stops the simulation.
     fn simulate(&self, py: Python<'_>, cases: Vec<usize>, tell: Py<PyAny>) -> PyResult<String> {
         if cases.iter().any(|&case| case >= self.study.case_count()) {
             return Err(of_value("the study has no such case"));

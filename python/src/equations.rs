@@ -24,11 +24,11 @@ use crate::error::{of_input, of_value};
 use crate::input::Input;
 use crate::interrupt::{Watch, unseen};
 
-/// States that are computed at a time: so many that their clamps stay in a cache.
-const CHUNK: usize = 256;
+/// Number of states computed at a time: few enough that their clamps stay in a cache.
+const STATES_PER_CHUNK: usize = 256;
 
-/// `q̈` in rad/s² of the states `q` (rad) and `v` (rad/s), both `(k, n, 2)`, each with its own
-/// angle (rad), rate (rad/s) and acceleration (rad/s²) of the base.
+/// Returns `q̈` in rad/s² of the states `q` (rad) and `v` (rad/s), both `(k, n, 2)`. Each state has
+/// its own angle (rad), rate (rad/s) and acceleration (rad/s²) of the base.
 #[pyfunction]
 pub fn accelerations<'py>(
     py: Python<'py>,
@@ -75,8 +75,8 @@ pub fn accelerations<'py>(
     let result = py.detach(|| {
         let mut batch = Batch::new(segments);
         let mut result = vec![[0.0; 2]; q.len()];
-        for (chunk, results) in result.chunks_mut(CHUNK * segments).enumerate() {
-            let first = chunk * CHUNK;
+        for (chunk, results) in result.chunks_mut(STATES_PER_CHUNK * segments).enumerate() {
+            let first = chunk * STATES_PER_CHUNK;
             let states = first..first + results.len() / segments;
             let clamps: Vec<_> = states
                 .clone()
@@ -110,7 +110,7 @@ pub fn accelerations<'py>(
     PyArray1::from_vec(py, result).reshape([count, segments, 2])
 }
 
-/// What `bristle evaluate` prints for the `state`, both as JSON.
+/// Returns the output of `bristle evaluate` for the `state`, both as JSON.
 #[pyfunction]
 pub fn evaluate(py: Python<'_>, input: &Input, state: String) -> PyResult<String> {
     let settings = input.settings()?.clone();
@@ -197,7 +197,7 @@ pub fn derive(
     })?
 }
 
-/// The whole equations in space of this many segments.
+/// Derives the whole equations in space for this many segments.
 fn of_segments(segments: usize) -> PyResult<Equations> {
     let parameter = Parameter::find("filament.segments").ok_or_else(|| of_value("no segments"))?;
     parameter

@@ -18,12 +18,12 @@ mod exceptions {
     pyo3::import_exception!(bristle._errors, SimulationError);
 }
 
-/// That of settings which cannot be used, with key and line.
+/// Returns the exception for invalid settings, with key and line.
 pub fn of_input(error: InputError) -> PyErr {
     exceptions::SettingsError::new_err((error.to_string(), error.key, error.location.line))
 }
 
-/// That of an input file.
+/// Returns the exception for an input file.
 pub fn of_document(error: DocumentError) -> PyErr {
     match error {
         DocumentError::File(error) => of_file(error),
@@ -32,12 +32,12 @@ pub fn of_document(error: DocumentError) -> PyErr {
     }
 }
 
-/// That of a file, by the kind of the error.
+/// Returns the exception for a file, by the kind of the error.
 pub fn of_file(error: FileError) -> PyErr {
     io::Error::new(error.kind(), error.to_string()).into()
 }
 
-/// That of the journal of a study.
+/// Returns the exception for the journal of a study.
 pub fn of_journal(error: JournalFileError) -> PyErr {
     match error {
         JournalFileError::File(error) => of_file(error),
@@ -45,12 +45,12 @@ pub fn of_journal(error: JournalFileError) -> PyErr {
     }
 }
 
-/// That of settings which cannot be used for a reason that concerns no single key.
+/// Returns the exception for invalid settings whose reason concerns no single key.
 pub fn of_settings(error: impl ToString) -> PyErr {
     exceptions::SettingsError::new_err((error.to_string(), None::<String>, None::<usize>))
 }
 
-/// That of a simulation, with time and step in s.
+/// Returns the exception for a simulation, with time and step in s.
 pub fn of_simulation(error: SimulationError) -> PyErr {
     let (time, step) = match &error {
         SimulationError::Integration(IntegrationError::Step(StepError::StepTooSmall {
@@ -76,8 +76,8 @@ pub fn of_simulation(error: SimulationError) -> PyErr {
     failed(error, time, step)
 }
 
-/// That of a brush. Its settings are to blame if there is no such brush, or no steady stretch of
-/// columns.
+/// Returns the exception for a brush. The settings are to blame if there is no such brush, or no
+/// steady range of columns.
 pub fn of_brush(error: BrushError) -> PyErr {
     match error {
         BrushError::NoConvergence { time, .. } | BrushError::Crossing { time, .. } => {
@@ -95,7 +95,7 @@ fn failed(error: impl Display, time: Option<f64>, step: Option<f64>) -> PyErr {
     exceptions::SimulationError::new_err((format!("the simulation failed: {error}"), time, step))
 }
 
-/// That of an argument with a wrong value.
+/// Returns the exception for an argument with a wrong value.
 pub fn of_value(error: impl ToString) -> PyErr {
     PyValueError::new_err(error.to_string())
 }

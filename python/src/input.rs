@@ -23,25 +23,25 @@ pub struct Input {
     text: String,
     name: String,
     settings: Settings,
-    /// What is missing for a single contact, because the section `[study]` states it.
+    /// Setting that a single contact lacks because the section `[study]` states it.
     missing: Option<InputError>,
     unusual: Vec<String>,
 }
 
 impl Input {
-    /// What states the settings, in TOML.
+    /// Returns the text that states the settings, in TOML.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// The settings of a single contact.
+    /// Returns the settings of a single contact.
     pub fn settings(&self) -> PyResult<&Settings> {
         self.missing
             .as_ref()
             .map_or(Ok(&self.settings), |error| Err(of_input(error.clone())))
     }
 
-    /// What the file is called, without its directory.
+    /// Returns the name of the file without its directory.
     pub fn short_name(&self) -> Cow<'_, str> {
         let path = Path::new(&self.name);
         path.file_name()
@@ -54,7 +54,7 @@ impl Input {
         Ok(Statement::of(&self.document()?, &self.short_name()))
     }
 
-    /// The measured forces that the text names.
+    /// Returns the measured forces that the text names.
     pub fn measured(&self) -> PyResult<Vec<Measurement>> {
         let document = self.document()?;
         let Some((file, format)) = document.measured() else {
@@ -64,14 +64,14 @@ impl Input {
         read_measured(&table, file, format).map_err(of_settings)
     }
 
-    /// What the text states.
+    /// Parses the text.
     pub fn document(&self) -> PyResult<Document<'_>> {
         Document::parse(&self.text, &self.name).map_err(of_input)
     }
 }
 
-/// The settings that a document states, and what is missing of them for a single contact, because
-/// `[study]` states it.
+/// Returns the settings that a document states, and the error about those that a single contact
+/// lacks because `[study]` states them.
 fn settings_of(document: &Document<'_>) -> PyResult<(Settings, Option<InputError>)> {
     let missing = match document.settings() {
         Ok(settings) => return Ok((settings, None)),
@@ -105,22 +105,22 @@ impl Input {
         })
     }
 
-    /// The values of all settings, as JSON.
+    /// Returns the values of all settings, as JSON.
     fn values(&self) -> PyResult<String> {
         serde_json::to_string(&self.settings).map_err(of_settings)
     }
 
-    /// Whether it states a single contact, and leaves nothing to a study.
+    /// Returns `true` if the input states a single contact, and leaves no setting to a study.
     fn is_single(&self) -> bool {
         self.missing.is_none()
     }
 
-    /// Warnings of what is unusual in a single contact.
+    /// Returns warnings of unusual settings of a single contact.
     fn unusual(&self) -> Vec<String> {
         self.unusual.clone()
     }
 
-    /// Warnings of what is unusual in the study.
+    /// Returns warnings of unusual settings of the study.
     fn unusual_in_study(&self) -> PyResult<Vec<String>> {
         let study = self.document()?.study().map_err(of_input)?;
         Ok(unusual_in_study(&study)
@@ -130,8 +130,8 @@ impl Input {
     }
 }
 
-/// All settings of the brush of Uhlmann and Hoyer (2021) at a velocity (m/s) and a depth (m), as
-/// JSON.
+/// Returns all settings of the brush of Uhlmann and Hoyer (2021) at a velocity (m/s) and a depth
+/// (m), as JSON.
 #[pyfunction]
 pub fn paper(brushing_velocity_m_s: f64, penetration_depth_m: f64) -> PyResult<String> {
     let settings = Settings::paper(brushing_velocity_m_s, penetration_depth_m);
@@ -141,8 +141,8 @@ pub fn paper(brushing_velocity_m_s: f64, penetration_depth_m: f64) -> PyResult<S
 /// Control points of a spline, in m.
 type Points = Vec<[f64; 2]>;
 
-/// The text of an input file, once it has been checked, the control points in m that it takes from
-/// another file, and the path of its measured forces from here.
+/// Returns the checked text of an input file and the control points in m that it takes from another
+/// file. Also returns the path of its measured forces, relative to the current directory.
 #[pyfunction]
 pub fn read_input(path: PathBuf) -> PyResult<(String, Option<Points>, Option<String>)> {
     let text = read_file(&path).map_err(of_file)?;
@@ -161,7 +161,7 @@ pub fn read_input(path: PathBuf) -> PyResult<(String, Option<Points>, Option<Str
     Ok((text, points, measured))
 }
 
-/// The directory `out`, if there is one, made and occupied for files of these names.
+/// Creates and occupies the directory `out`, if any, for files of these names.
 pub fn occupied_for(out: Option<&Path>, names: &[&str]) -> PyResult<Option<Occupied>> {
     let prepare = |out: &Path| {
         prepare_directory(out)?;

@@ -1,4 +1,4 @@
-//! Simulations that Ctrl-C stops: Python is asked for signals while they run, without its lock.
+//! Simulations that Ctrl-C stops: Python is asked for signals while they run without its lock.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -8,12 +8,12 @@ use std::time::{Duration, Instant};
 use bristle::simulation::Stop;
 use pyo3::prelude::*;
 
-/// The time between two looks at signals.
-const PAUSE: Duration = Duration::from_millis(20);
-/// Calls between two looks at the clock, which takes longer than a call.
-const CALLS: u32 = 16;
+/// Time between two checks for signals.
+const SIGNAL_INTERVAL: Duration = Duration::from_millis(20);
+/// Number of calls between two reads of the clock, which takes longer than a call.
+const CALLS_PER_CLOCK_READ: u32 = 16;
 
-/// Looks for signals from within a loop, and tells how far it is.
+/// Checks for signals from within a loop, and reports its progress.
 pub struct Watch {
     stop: Stop,
     tell: Option<Py<PyAny>>,
@@ -23,8 +23,8 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// A watch that requests `stop` when there is a signal, or an exception of `tell`, which takes
-    /// the share that is done.
+    /// Creates a watch that requests `stop` at a signal, or at an exception of `tell`, which
+    /// receives the share that is done.
     pub fn new(stop: &Stop, tell: Option<Py<PyAny>>) -> Self {
         Self {
             stop: stop.clone(),
@@ -35,10 +35,12 @@ impl Watch {
         }
     }
 
-    /// To be called in each round of the loop, with the `share` that is done.
+    /// Checks for signals; called in each round of the loop, with the `share` that is done.
     pub fn look(&mut self, share: f64) {
         self.calls += 1;
-        if self.calls.is_multiple_of(CALLS) && self.looked.elapsed() >= PAUSE {
+        if self.calls.is_multiple_of(CALLS_PER_CLOCK_READ)
+            && self.looked.elapsed() >= SIGNAL_INTERVAL
+        {
             self.looked = Instant::now();
             let looked = Python::attach(|py| {
                 py.check_signals()
@@ -51,18 +53,18 @@ impl Watch {
         }
     }
 
-    /// The exception of a signal, or of what was told.
+    /// Returns the exception of a signal, or of `tell`.
     pub fn end(self) -> PyResult<()> {
         self.raised.map_or(Ok(()), Err)
     }
 }
 
-/// Calls `tell`, if there is one, with the share that is done, from 0 to 1.
+/// Calls `tell`, if any, with the share that is done, from 0 to 1.
 fn tell_share(py: Python<'_>, tell: Option<&Py<PyAny>>, share: f64) -> PyResult<()> {
     tell.map_or(Ok(()), |tell| tell.call1(py, (share,)).map(drop))
 }
 
-/// Does `work` on a thread of its own, without Python's lock. A signal requests `stop`, at which
+/// Does `work` on a separate thread, without Python's lock. A signal requests `stop`, at which
 /// `work` has to end early.
 pub fn on_a_thread<R: Send>(
     py: Python<'_>,
@@ -72,7 +74,7 @@ pub fn on_a_thread<R: Send>(
     on_a_thread_telling(py, stop, |_| Ok(()), work)
 }
 
-/// [`on_a_thread`], which calls `tell` now and then. Its exception counts as a signal.
+/// Extends [`on_a_thread`]: calls `tell` now and then. Its exception counts as a signal.
 pub fn on_a_thread_telling<R: Send>(
     py: Python<'_>,
     stop: &Stop,
@@ -83,12 +85,12 @@ pub fn on_a_thread_telling<R: Send>(
         thread::scope(|scope| {
             let (done, result) = channel();
             scope.spawn(move || {
-                // The receiver waits for it.
+                // The receiver waits for the result.
                 let _ = done.send(work());
             });
             let mut raised = Ok(());
             loop {
-                match result.recv_timeout(PAUSE) {
+                match result.recv_timeout(SIGNAL_INTERVAL) {
                     Ok(result) => return raised.map(|()| result),
                     Err(RecvTimeoutError::Timeout) if raised.is_ok() => {
                         raised = Python::attach(|py| py.check_signals().and_then(|()| tell(py)));
@@ -107,8 +109,8 @@ pub fn on_a_thread_telling<R: Send>(
     })
 }
 
-/// [`on_a_thread`], which calls `tell`, if there is one, now and then with the share that is done.
-/// `work` tells it what that is.
+/// Extends [`on_a_thread`]: calls `tell`, if any, now and then with the share that is done, which
+/// `work` reports.
 pub fn on_a_thread_sharing<R: Send>(
     py: Python<'_>,
     stop: &Stop,
@@ -128,8 +130,8 @@ pub fn on_a_thread_sharing<R: Send>(
     })
 }
 
-/// Does `work`, which cannot be stopped, on a thread of its own without Python's lock. After a
-/// signal it ends unseen.
+/// Does `work`, which cannot be stopped, on a separate thread without Python's lock. After a signal
+/// its result is lost.
 pub fn unseen<R: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> R + Send + 'static,
@@ -137,11 +139,11 @@ pub fn unseen<R: Send + 'static>(
     py.detach(|| {
         let (done, result) = channel();
         thread::Builder::new().spawn(move || {
-            // Nobody waits for it after a signal.
+            // No receiver waits for the result after a signal.
             let _ = done.send(work());
         })?;
         loop {
-            match result.recv_timeout(PAUSE) {
+            match result.recv_timeout(SIGNAL_INTERVAL) {
                 Ok(result) => return Ok(result),
                 Err(RecvTimeoutError::Timeout) => Python::attach(|py| py.check_signals())?,
                 Err(RecvTimeoutError::Disconnected) => panic!("the thread ended without a result"),

@@ -1,8 +1,8 @@
 //! The compiled part of the Python package `bristle`.
 //!
-//! It joins Python to the libraries: settings go in as the text of an input file, results come out
-//! as NumPy arrays and as JSON with the keys of the result files. What users call is in
-//! `bristle/*.py`, with its documentation.
+//! It joins Python to the libraries. Settings go in as the text of an input file; results come out
+//! as NumPy arrays and as JSON with the keys of the result files. The functions for users, with
+//! their documentation, are in `bristle/*.py`.
 
 mod arrays;
 mod brush;

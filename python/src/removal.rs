@@ -1,4 +1,4 @@
-//! Edges that grow round, and filaments that wear.
+//! Edges that become round, and filaments that wear.
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -29,9 +29,9 @@ type Followed<'py> = (
     Vec<String>,
 );
 
-/// Follows the edge of the workpiece of `input` on some threads: the columns of `removal.csv` and
-/// of `edge_work.csv`, numbers of the whole, its text, and its warnings. Its files are written to
-/// the directory `out`, if there is one.
+/// Follows the edge of the workpiece of `input` on some threads. Returns the columns of
+/// `removal.csv` and of `edge_work.csv`, numbers of the whole, its text, and its warnings. Writes
+/// the files to the directory `out`, if any.
 #[pyfunction]
 pub fn wear<'py>(
     py: Python<'py>,
@@ -74,7 +74,7 @@ pub fn wear<'py>(
     ))
 }
 
-/// The columns of records that a removal has.
+/// Returns the columns of records that a removal has.
 fn present<'py, R: Record>(
     py: Python<'py>,
     removal: &Removal,

@@ -42,14 +42,14 @@ use crate::input::Input;
 use crate::interrupt::{on_a_thread, on_a_thread_telling};
 use crate::tool::SampledTool;
 
-/// A study that has been simulated.
+/// A simulated study.
 #[pyclass(frozen, module = "bristle._bristle")]
 pub struct SimulatedStudy {
     study: Study,
     results: Vec<CaseResult>,
 }
 
-/// Cases that are done, and those of them that failed.
+/// Numbers of finished cases, and of failed ones among them.
 struct Progress {
     done: AtomicUsize,
     failed: AtomicUsize,
@@ -63,7 +63,7 @@ impl Observer for Progress {
     }
 }
 
-/// The exception of a study without results.
+/// Returns the exception for a study without results.
 pub fn of_run(error: RunError) -> PyErr {
     match error {
         RunError::Unfinished { error, .. } => of_file(error),
@@ -71,21 +71,21 @@ pub fn of_run(error: RunError) -> PyErr {
     }
 }
 
-/// A study on its way to its results, which are simulated here or gathered from elsewhere.
+/// A study without all results, which are simulated here or gathered from elsewhere.
 #[pyclass(frozen, module = "bristle._bristle")]
 pub struct PendingStudy {
     input: Py<Input>,
     study: Study,
-    /// The tool in place of that of the settings.
+    /// Tool that replaces the tool of the settings.
     tool: Option<Py<SampledTool>>,
-    /// `None` while it is simulated, and once it is closed.
+    /// Run of the study; `None` during the simulation, and once it is closed.
     run: Mutex<Option<StudyRun>>,
 }
 
 #[pymethods]
 impl PendingStudy {
-    /// The study that `input` states, once it is known to be possible with so many threads, so much
-    /// memory and a `tool`. Results go to the directory `out`, from whose journal it goes on.
+    /// Creates the study that `input` states, after a check that `threads`, `memory` and `tool`
+    /// suit it. Results go to the directory `out`; an earlier study resumes from its journal.
     #[new]
     fn new(
         input: Py<Input>,
@@ -118,24 +118,24 @@ impl PendingStudy {
         })
     }
 
-    /// The numbers of cases that are done, of all cases, and of those that failed.
+    /// Returns the numbers of finished cases, of all cases, and of failed ones.
     fn counts(&self) -> PyResult<(usize, usize, usize)> {
         let (done, failed) = open(&mut self.run())?.counts();
         Ok((done, self.study.case_count(), failed))
     }
 
-    /// Whether its cases are brushes.
+    /// Returns `true` if the cases are brushes.
     fn has_brush(&self) -> bool {
         self.study.has_brush()
     }
 
-    /// The cases that are still to be simulated, those with the most work first.
+    /// Returns the cases without a result, those with the most work first.
     fn waiting(&self) -> PyResult<Vec<usize>> {
         let cases = without_result(&self.study, open(&mut self.run())?.results());
         Ok(by_work(&self.study, &cases))
     }
 
-    /// Takes a journal of cases that were simulated elsewhere. A case that has a result keeps it.
+    /// Takes a journal of cases that were simulated elsewhere. A case with a result keeps it.
     fn take(&self, lines: &str) -> PyResult<()> {
         let mut guard = self.run();
         let taken = open(&mut guard)?.take_all(|take| {
@@ -151,10 +151,10 @@ impl PendingStudy {
         })
     }
 
-    /// Simulates the cases without a result, and writes the files if they go anywhere. Calls `tell`
-    /// now and then with the numbers of cases that are done, of all, and of those that failed.
-    /// After its exception, or a signal, the results so far are in the journal or, without one,
-    /// still here.
+    /// Simulates the cases without a result, and writes the files if there is a directory for them.
+    /// Calls `tell` now and then with the numbers of finished cases, of all, and of failed ones.
+    /// After its exception, or a signal, the journal has the results so far. Without a journal this
+    /// study keeps them.
     fn finish(
         &self,
         py: Python<'_>,
@@ -205,7 +205,7 @@ impl PendingStudy {
         })
     }
 
-    /// Closes the journal. Its directory is free after that.
+    /// Closes the journal and releases its directory.
     fn close(&self) -> PyResult<()> {
         let run = self.run().take();
         run.map_or(Ok(()), |mut run| run.settle()).map_err(of_run)
@@ -219,7 +219,7 @@ impl PendingStudy {
         self.run.lock()
     }
 
-    /// Simulates the cases without a result, whose results go nowhere else.
+    /// Simulates the cases without a result, if there is no journal.
     fn simulate(&self, run: &mut StudyRun, means: &Means<'_>) -> PyResult<()> {
         let Some(tool) = &self.tool else {
             return run.simulate(|_| true, means).map_err(of_run);
@@ -250,7 +250,7 @@ fn open(run: &mut Option<StudyRun>) -> PyResult<&mut StudyRun> {
     run.as_mut().ok_or_else(|| of_value(CLOSED))
 }
 
-/// Checks that one tool by samples can take the place of those of the settings.
+/// Checks that one sampled tool can replace the tools of the settings.
 fn check_tool(study: &Study) -> Result<(), String> {
     if study.has_brush() {
         return Err(
@@ -280,7 +280,8 @@ fn check_tool(study: &Study) -> Result<(), String> {
 
 #[pymethods]
 impl SimulatedStudy {
-    /// The columns of `runs.csv`. What a failed case lacks is NaN, in a column of floats.
+    /// Returns the columns of `runs.csv`. Missing values of a failed case are NaN, in a column of
+    /// floats.
     fn runs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let names = run_columns(&self.study, &self.results);
         let mut columns: Vec<Vec<Cell>> = names
@@ -308,8 +309,8 @@ impl SimulatedStudy {
         Ok(runs)
     }
 
-    /// What settings and columns of `runs.csv` are: their units and names in words, and their
-    /// labels and factors to the units of figures.
+    /// Describes settings and columns of `runs.csv`: units, names in words, labels, and factors to
+    /// the units of figures.
     fn descriptions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let all = PyDict::new(py);
         for parameter in PARAMETERS {
@@ -335,8 +336,8 @@ impl SimulatedStudy {
         Ok(all)
     }
 
-    /// The axes of the grid, from the slowest to the fastest: the columns of `runs.csv` that they
-    /// are, and the numbers of their values.
+    /// Returns the axes of the grid, from the slowest to the fastest: their columns in `runs.csv`,
+    /// and the numbers of their values.
     fn axes(&self) -> Vec<(&'static str, usize)> {
         let name = |path: &'static str| {
             let fixed = FIXED_COLUMNS.iter().find(|(_, of)| *of == path);
@@ -349,12 +350,12 @@ impl SimulatedStudy {
             .collect()
     }
 
-    /// The number of cases that failed.
+    /// Returns the number of failed cases.
     fn failures(&self) -> usize {
         self.results.iter().filter(|result| result.is_err()).count()
     }
 
-    /// What the program warns of.
+    /// Returns the warnings of the program.
     fn warnings(&self) -> Vec<String> {
         judge_study(&self.study, &self.results)
             .iter()
@@ -391,8 +392,8 @@ impl SimulatedStudy {
         })?
     }
 
-    /// What `bristle advise` says, as text and as JSON, after it has simulated its recommendation
-    /// if it is to `verify` it.
+    /// Returns the output of `bristle advise`, as text and as JSON. Simulates the recommendation
+    /// first if `verify` is set.
     fn advise(
         &self,
         py: Python<'_>,
@@ -422,7 +423,7 @@ impl SimulatedStudy {
         ))
     }
 
-    /// `study.json` and `runs.csv`, for [`SimulatedStudy::of_state`].
+    /// Returns `study.json` and `runs.csv`, for [`SimulatedStudy::of_state`].
     fn state(&self) -> PyResult<(String, String)> {
         let mut runs = Vec::new();
         write_runs(&mut runs, &self.study, &self.results)?;
@@ -430,7 +431,7 @@ impl SimulatedStudy {
         Ok((study, String::from_utf8(runs).map_err(of_value)?))
     }
 
-    /// The study of which [`SimulatedStudy::state`] has told.
+    /// Restores the study from the result of [`SimulatedStudy::state`].
     #[staticmethod]
     fn of_state(state: (String, String)) -> PyResult<Self> {
         let (study, runs) = state;
@@ -443,7 +444,7 @@ impl SimulatedStudy {
     }
 }
 
-/// A count, if the cell has one.
+/// Returns the count of a cell, if it has one.
 fn count(cell: &Cell) -> Option<i64> {
     match cell {
         Cell::Count(count) => count.map(|count| count as i64),
@@ -451,7 +452,7 @@ fn count(cell: &Cell) -> Option<i64> {
     }
 }
 
-/// A number; NaN if the cell has none.
+/// Returns the number of a cell; NaN if it has none.
 fn number(cell: &Cell) -> f64 {
     match cell {
         Cell::Real(value) => value.unwrap_or(f64::NAN),
@@ -460,7 +461,7 @@ fn number(cell: &Cell) -> f64 {
     }
 }
 
-/// The text of a cell of text.
+/// Returns the text of a cell of text.
 fn text(cell: &Cell) -> Option<&str> {
     match cell {
         Cell::Text(text) => Some(text),
@@ -468,7 +469,7 @@ fn text(cell: &Cell) -> Option<&str> {
     }
 }
 
-/// Adds what each column of a record is.
+/// Adds descriptions of the columns of a record.
 fn describe<R: Record>(all: &Bound<'_, PyDict>) -> PyResult<()> {
     R::COLUMNS.iter().try_for_each(|column| {
         let (shown, factor) = match column.display.unit {

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 use crate::error::of_value;
 
-/// [`bristle::tool::SampledTool`], of which the Python package knows the samples.
+/// A [`bristle::tool::SampledTool`] whose samples the Python package holds.
 #[pyclass(frozen, module = "bristle._bristle")]
 pub struct SampledTool {
     tool: bristle::tool::SampledTool,
@@ -17,8 +17,8 @@ pub struct SampledTool {
 
 #[pymethods]
 impl SampledTool {
-    /// The tool through samples of its clamp: positions in m and directions, both of the shape `(k,
-    /// 3)`.
+    /// Creates the tool through samples of its clamp: positions in m and directions, both of the
+    /// shape `(k, 3)`.
     #[new]
     fn new(
         positions: PyReadonlyArray2<'_, f64>,
@@ -39,8 +39,8 @@ impl SampledTool {
 }
 
 impl SampledTool {
-    /// The pass of the tool over the workpiece, which lies where the settings place it for the
-    /// round tool.
+    /// Returns the pass of the tool over the workpiece, which lies where the settings place it for
+    /// the round tool.
     pub fn pass(
         &self,
         settings: &Settings,
