@@ -8,11 +8,41 @@ default:
 test:
     cargo test --workspace
 
-# Check format, lints and documentation, as CI does
+# Check format, lints, layers and documentation
 lint:
     cargo fmt --all --check
-    cargo clippy --workspace --all-targets -- -D warnings
+    cargo clippy --workspace --all-targets --features bristle-cli/parquet -- -D warnings
+    .ci/layers
     RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps
+
+# Check workflows, templates and citation by their JSON schemas
+schemas:
+    .ci/schemas
+
+# Make and build the packages of the published crates
+packages:
+    .ci/packages
+
+# Check licences, duplicates and advisories of dependencies; needs cargo-deny
+deny:
+    cargo deny check
+
+# Install the Python package in target/python, and test it there
+python:
+    mkdir -p target/python
+    test -x target/python/environment/bin/python || python3 -m venv target/python/environment
+    target/python/environment/bin/python -m pip install --quiet './python[notebooks,test]'
+    rm -rf target/python/tests
+    cp -r python/tests docs/python.md python/pyproject.toml target/python
+    cp python/README.md target/python/readme.md
+    cd target/python && environment/bin/python -m mypy -p bristle
+    cd target/python && environment/bin/python -m mypy tests
+    cd target/python && environment/bin/python -m pytest --quiet --doctest-modules --pyargs bristle
+    cd target/python && environment/bin/python -m pytest --quiet tests python.md readme.md --doctest-glob='*.md'
+
+# Derive committed graphs and references again, and evaluate the equations in Octave, NumPy and SymPy
+equations:
+    .ci/equations
 
 # Simulate the paper's 120 contacts, into results/
 study file='examples/zirconia.toml' out='results':

@@ -140,7 +140,7 @@ impl Display for BrushError {
                 segments,
             } => write!(
                 f,
-                "{filaments} filaments of {segments} segments need about {} MB of memory, but {} MB are available: choose fewer \
+                "{filaments} filaments of {segments} segments need about {} MB of memory, but {} MB may be used: choose fewer \
                  `brush.columns`, `brush.rows` or `filament.segments`",
                 needed.div_ceil(1_000_000),
                 limit / 1_000_000

@@ -45,7 +45,7 @@ impl ResourceArgs {
     pub fn resources(&self) -> Resources {
         Resources {
             threads: self.threads.number(),
-            memory: self.memory.limit(),
+            memory: Some(self.memory.limit()),
         }
     }
 }
@@ -53,25 +53,33 @@ impl ResourceArgs {
 /// The memory that brushes may need.
 #[derive(Args)]
 pub struct MemoryArgs {
-    /// Refuse brushes that need more memory than this [default: what is available, if the system
-    /// says so]
+    /// Refuse brushes that need more memory than this [default: what is available; 4096 if the
+    /// system does not say]
     #[arg(long = "memory", alias = "memory-mib", value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
     memory_mib: Option<u64>,
 }
 
 impl MemoryArgs {
     /// Returns the limit in bytes.
-    pub fn limit(&self) -> Option<u64> {
+    pub fn limit(&self) -> u64 {
+        self.limit_with(fs::read_to_string("/proc/meminfo").ok().as_deref())
+    }
+
+    /// Returns the limit in bytes, from the text of `/proc/meminfo`, which only Linux has.
+    fn limit_with(&self, meminfo: Option<&str>) -> u64 {
         self.memory_mib
             .map(|mebibytes| mebibytes << 20)
-            .or_else(available_memory)
+            .or_else(|| available_memory(meminfo?))
+            .unwrap_or(UNKNOWN_MEMORY_MIB << 20)
     }
 }
 
-/// Returns the machine's available memory in bytes, where the system states it: on Linux.
-fn available_memory() -> Option<u64> {
-    let text = fs::read_to_string("/proc/meminfo").ok()?;
-    let available = text
+/// Limit where the system does not say how much memory is left: half of what a small machine has.
+const UNKNOWN_MEMORY_MIB: u64 = 4096;
+
+/// Returns the machine's available memory in bytes, from the text of `/proc/meminfo`.
+fn available_memory(meminfo: &str) -> Option<u64> {
+    let available = meminfo
         .lines()
         .find_map(|line| line.strip_prefix("MemAvailable:"))?;
     let kibibytes: u64 = available.trim().strip_suffix("kB")?.trim().parse().ok()?;
@@ -113,4 +121,22 @@ pub fn parse_if(
         .ok()
         .filter(|number| is_allowed(*number))
         .ok_or_else(|| format!("must be {allowed}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_has_a_limit_on_every_system() {
+        let limit = |memory_mib, meminfo| MemoryArgs { memory_mib }.limit_with(meminfo);
+        let linux = Some("MemTotal: 16000000 kB\nMemAvailable:    8000000 kB\n");
+        assert_eq!(limit(None, linux), 8_000_000 << 10);
+        assert_eq!(limit(Some(17), linux), 17 << 20);
+        // Without `/proc`, and where it has no such line.
+        for meminfo in [None, Some(""), Some("MemAvailable: much\n")] {
+            assert_eq!(limit(None, meminfo), 4096 << 20);
+            assert_eq!(limit(Some(17), meminfo), 17 << 20);
+        }
+    }
 }

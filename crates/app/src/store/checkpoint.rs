@@ -6,7 +6,7 @@
 //! The state follows in the format of [postcard](https://postcard.jamesmunns.com):
 //!
 //! ```json
-//! {"checkpoint":"bristle brush","format":3,"version":"0.2.0","equations":"…","solver":"…","key":"…","state":"…","check":"…"}
+//! {"checkpoint":"bristle brush","format":3,"version":"0.3.0","equations":"…","solver":"…","key":"…","state":"…","check":"…"}
 //! ```
 
 use bristle::brush::Checkpoint;

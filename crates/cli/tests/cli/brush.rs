@@ -462,7 +462,7 @@ fn a_study_of_brushes_that_cannot_be_is_refused_before_its_first_case() {
     // There is room for one case at a time.
     let at_once = [
         "2 cases at once need up to",
-        "but 17 MB are available: choose fewer `--threads`",
+        "but 17 MB may be used: choose fewer `--threads`",
     ];
     refused(velocity, "--memory 17 --threads 2", &at_once);
     let workspace = Workspace::with(&format!("{FILE}\n[study]\n{velocity}\n"));

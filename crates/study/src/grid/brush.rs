@@ -47,7 +47,7 @@ pub fn check_brushes(
         .fold(0_u64, |sum, (needed, _)| sum.saturating_add(*needed));
     match (memory, at_once) {
         (Some(limit), [.., (_, case)]) if needed > limit => Err(BrushStudyError(format!(
-            "{} cases at once need up to {} MB of memory, case {} the most, but {} MB are available: choose fewer `--threads`, \
+            "{} cases at once need up to {} MB of memory, case {} the most, but {} MB may be used: choose fewer `--threads`, \
              `brush.columns`, `brush.rows` or `filament.segments`",
             at_once.len(),
             needed.div_ceil(1_000_000),
