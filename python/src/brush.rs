@@ -211,8 +211,10 @@ impl SimulatedBrush {
             pairs,
         };
         let (unusual, assumptions) = (unusual(&self.settings), Assumptions::default());
+        let findings = self.found();
         let notes = Notes {
             unusual: &unusual,
+            findings: &findings,
             assumptions: &assumptions,
         };
         py.detach(|| brush_page(name, &brush, &self.result, notes))

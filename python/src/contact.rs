@@ -7,12 +7,13 @@ use bristle::simulation::{
     ProfileCell, Sample, Sampling, Shape, Simulation, Statistics, Stop, simulate_places,
 };
 use bristle_app::insight::assumptions::Assumptions;
-use bristle_app::insight::findings::{Finding, JudgedCase, JudgedResult, judge_case};
-use bristle_app::report::page::{Recorder, page};
+use bristle_app::insight::findings::{Finding, JudgedCase, JudgedResult, judge_case, judge_study};
+use bristle_app::report::page::{ReportContext, course_recorder, page};
 use bristle_app::store::results::{
-    read_history, read_profile, write_history, write_metrics, write_profile,
+    Origin, read_history, read_profile, write_history, write_metrics, write_profile,
 };
 use bristle_study::grid::{CaseSummary, Study, Sweep, VELOCITY};
+use bristle_study::input::statement::Statement;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -186,21 +187,24 @@ impl Simulated {
         let study = Study::new(settings, vec![sweep]).map_err(of_settings)?;
         let (results, stop) = ([Ok(self.summary())], Stop::default());
         on_a_thread(py, &stop, || {
-            let recorder = Recorder::new(&study).until(&stop);
+            let recorder = course_recorder(&study).until(&stop);
             // Without samples the recorder simulates the case again.
             if self.simulation.shapes.len() > 1 {
                 recorder.take(0, &self.simulation);
             }
             let courses = recorder.finish(&results, None)?;
-            Ok(page(
-                name,
-                &study,
-                &results,
-                &courses,
-                &Assumptions::default(),
-                &[],
-                None,
-            ))
+            let context = ReportContext {
+                statement: &Statement {
+                    title: name.to_owned(),
+                    ..Statement::default()
+                },
+                origin: &Origin::here(),
+                assumptions: &Assumptions::default(),
+                answer: None,
+                measured: &[],
+                findings: &judge_study(&study, &results),
+            };
+            Ok(page(&study, &results, &courses, &[], &context))
         })?
     }
 

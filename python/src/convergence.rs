@@ -8,7 +8,7 @@ use bristle::simulation::Stop;
 use bristle_app::insight::convergence::converge as judged;
 use bristle_app::report::convergence::convergence_text;
 use bristle_app::run::convergence::{OF_CONVERGENCE, write_convergence};
-use bristle_app::run::{Means, Observer, StudyRun};
+use bristle_app::run::{Observer, RunContext, StudyRun};
 use bristle_study::grid::{CaseResult, Resources, Study};
 use bristle_study::text::layout::WIDTH;
 use pyo3::prelude::*;
@@ -56,12 +56,12 @@ pub fn converge(
                 cases: study.case_count(),
             };
             let mut run = StudyRun::new(study);
-            let means = Means {
+            let context = RunContext {
                 resources,
                 stop: &stop,
                 observer: &share,
             };
-            run.simulate(|_| true, &means)
+            run.simulate(|_| true, &context)
                 .map_err(|error| error.to_string())?;
             let results: Option<Vec<CaseResult>> = run.results().iter().cloned().collect();
             results.ok_or_else(|| "the convergence was stopped".to_owned())

@@ -14,8 +14,8 @@ use bristle::simulation::{Statistics, Stop};
 use bristle_app::insight::advice::{Limits, advise};
 use bristle_app::insight::assumptions::Assumptions;
 use bristle_app::insight::findings::judge_study;
-use bristle_app::report::page::Recorder;
-use bristle_app::run::{Means, Observer, RunError, StudyRun, Subject, TakeError, page_of};
+use bristle_app::report::page::{ReportContext, course_recorder};
+use bristle_app::run::{Observer, RunContext, RunError, StudyRun, TakeError, page_of};
 use bristle_app::store::journal;
 use bristle_app::store::results::{
     Cell, FIXED_COLUMNS, Origin, read_runs, read_study, run_columns, run_rows, study_text,
@@ -176,7 +176,7 @@ impl PendingStudy {
         };
         tell(py)?;
         let stop = Stop::default();
-        let means = Means {
+        let context = RunContext {
             resources: threads.into(),
             stop: &stop,
             observer: &progress,
@@ -185,13 +185,13 @@ impl PendingStudy {
         let results = if run.journal().is_some() {
             let input = self.input.get();
             let finish = || {
-                let finished = run.finish(&input.statement()?, &input.measured()?, &means);
+                let finished = run.finish(&input.statement()?, &input.measured()?, &context);
                 Ok::<_, PyErr>(Some(finished.map_err(of_run)?.results))
             };
             on_a_thread_telling(py, &stop, tell, finish)??
         } else {
             let simulated =
-                on_a_thread_telling(py, &stop, tell, || self.simulate(&mut run, &means));
+                on_a_thread_telling(py, &stop, tell, || self.simulate(&mut run, &context));
             let results = run.results().iter().cloned().collect();
             *self.run() = Some(run);
             simulated??;
@@ -220,14 +220,14 @@ impl PendingStudy {
     }
 
     /// Simulates the cases without a result, if there is no journal.
-    fn simulate(&self, run: &mut StudyRun, means: &Means<'_>) -> PyResult<()> {
+    fn simulate(&self, run: &mut StudyRun, context: &RunContext<'_>) -> PyResult<()> {
         let Some(tool) = &self.tool else {
-            return run.simulate(|_| true, means).map_err(of_run);
+            return run.simulate(|_| true, context).map_err(of_run);
         };
         let cases = without_result(&self.study, run.results());
         let run = Mutex::new(run);
         let done = |case, result: CaseResult| {
-            means.observer.case_done(case, result.is_err());
+            context.observer.case_done(case, result.is_err());
             match run.lock().take(case, result) {
                 Ok(()) => ControlFlow::Continue(()),
                 Err(_) => ControlFlow::Break(()),
@@ -237,8 +237,8 @@ impl PendingStudy {
         let simulated = simulate_cases_with(
             &self.study,
             &cases,
-            means.resources.threads,
-            means.stop,
+            context.resources.threads,
+            context.stop,
             pass_of,
             done,
         );
@@ -372,19 +372,20 @@ impl SimulatedStudy {
     fn report(&self, py: Python<'_>, input: &Input, path: PathBuf) -> PyResult<()> {
         let stop = Stop::default();
         on_a_thread(py, &stop, || {
-            let recorder = Recorder::new(&self.study).until(&stop);
+            let recorder = course_recorder(&self.study).until(&stop);
             let statement = input.statement()?;
             let assumptions = Assumptions::of_study(&self.study, &self.results, &statement);
             let origin = Origin::here();
-            let subject = Subject {
+            let findings = judge_study(&self.study, &self.results);
+            let context = ReportContext {
                 statement: &statement,
                 origin: &origin,
                 assumptions: &assumptions,
                 answer: None,
                 measured: &[],
-                findings: &[],
+                findings: &findings,
             };
-            let page = page_of(recorder, &self.study, &self.results, &subject, None, &stop);
+            let page = page_of(recorder, &self.study, &self.results, &context, None, &stop);
             let (page, _) = page.map_err(of_run)?;
             let file =
                 StagedFile::write(path, |out| out.write_all(page.as_bytes())).map_err(of_file)?;

@@ -112,9 +112,9 @@ async function opened(page, row) {
 test("pointing at a case shows its values, and a click opens it", visiting("paper", async (page, data) => {
   await page.mouse.move(...(await cell(page, 11, 1)));
   const readout = await page.textContent("#readout");
-  assert.match(readout, /vb\s=\s30\s?m\/s, ae\s=\s1\s?mm: εtc\s=\s0\.\d+/);
-  const ratio = valuesOf(data, "contact_time_ratio")[12 + 11];
-  assert.ok(readout.includes(String(Number(ratio.toPrecision(3)))), `${readout} has ${ratio}`);
+  assert.match(readout, /vb\s=\s30\s?m\/s, ae\s=\s1\s?mm: Fn,w\s=\s\d+\s?N/);
+  const force = valuesOf(data, "tool_contact_normal_force_n")[12 + 11];
+  assert.ok(readout.includes(String(Number(force.toPrecision(3)))), `${readout} has ${force}`);
   await says(page, "#card", /Fn,w[\d.]+ ± [\d.]+\s?N/);
 
   const earlier = await shape(page);
@@ -131,6 +131,34 @@ test("pointing at a case shows its values, and a click opens it", visiting("pape
   await page.goForward();
   await opened(page, 64);
   await says(page, "#case-title", /vb\s=\s10/);
+}));
+
+test("a page opens on a case that has not failed", async () => {
+  const file = withData("paper", "mostly-failed", (data) => {
+    const solved = [3, 50];
+    data.courses = [];
+    for (const quantity of data.quantities) {
+      quantity.values = quantity.values.map((value, index) => (solved.includes(index) ? value : null));
+    }
+    data.errors = [...data.quantities[0].values.keys()].filter((index) => !solved.includes(index)).map((index) => [index, "stopped"]);
+  });
+  await visit(file, async (page) => {
+    assert.equal(await page.textContent("#case-row"), "51");
+    assert.ok(await page.isVisible("#tables"));
+  });
+});
+
+test("findings lead to their cases, and the method can be copied", visiting("paper", async (page, data) => {
+  const { findings } = data.notes;
+  const items = page.locator("#warnings li");
+  assert.ok(findings.length > 0);
+  assert.equal(await items.count(), data.notes.warnings.length + findings.length);
+  const link = items.last().locator("a");
+  const row = Number(await link.textContent());
+  assert.ok(findings.at(-1).rows.includes(row));
+  await link.click();
+  await opened(page, row);
+  await says(page, "#method", /Lagrange.*ESDIRK5\(4\).*k_c = .*Cite: .*doi:/);
 }));
 
 test("the keyboard moves over the map and opens a case", visiting("paper", async (page) => {
@@ -636,9 +664,12 @@ test("a brush in motion", visiting("brush", async (page, data) => {
     data.notes.assumptions.list.map(({ path }) => path),
   );
   await says(page, "#assumptions-note", /for one filament alone\./);
-  assert.ok(await page.isHidden("#warnings"));
+  assert.equal(await page.locator("#warnings li").count(), data.notes.findings.length);
 
-  const unusual = withData("brush", "unusual", (data) => data.notes.warnings.push("`filament.length_m` = 30 m"));
+  const unusual = withData("brush", "unusual", (data) => {
+    data.notes.findings = [];
+    data.notes.warnings.push("`filament.length_m` = 30 m");
+  });
   await visit(unusual, async (warned) =>
     assert.equal(await warned.textContent("#warnings"), "Warning: filament.length_m = 30 m"),
   );

@@ -10,11 +10,13 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use bristle::model::metrics::Metrics;
+use bristle::model::settings::Settings;
 use bristle_app::insight::findings::Finding;
 use bristle_app::report::tables::check_table;
 use bristle_app::run::{Observer, StudyRun};
+use bristle_app::store::method::{method_of_case, method_of_study};
 use bristle_study::grid::check::largest_change;
-use bristle_study::grid::work;
+use bristle_study::grid::{Study, work};
 use bristle_study::text::is_invisible;
 use indicatif::{ProgressBar, ProgressStyle};
 use parking_lot::{Mutex, MutexGuard};
@@ -52,6 +54,8 @@ enum Event<'a> {
         seconds: f64,
         files: &'a [PathBuf],
         findings: &'a [Finding],
+        /// Method of the results, as a paragraph.
+        method: String,
     },
 }
 
@@ -157,7 +161,12 @@ impl Progress {
 
     /// Writes the last object, if the output is JSON. Returns the first error of writing any
     /// object.
-    pub fn summarise(self, files: &[PathBuf], findings: &[Finding]) -> io::Result<()> {
+    pub fn summarise(
+        self,
+        files: &[PathBuf],
+        findings: &[Finding],
+        study: &Study,
+    ) -> io::Result<()> {
         if let Output::Json = self.output {
             let mut state = self.state();
             let (cases, failures, seconds) = (state.done, state.failures, state.seconds);
@@ -168,6 +177,7 @@ impl Progress {
                 seconds,
                 files,
                 findings,
+                method: method_of_study(study, env!("CARGO_PKG_VERSION")),
             });
         }
         self.state().error.take().map_or(Ok(()), Err)
@@ -512,12 +522,13 @@ pub fn print_object(event: &str, object: &Value) -> io::Result<()> {
     print(&(visible(&line.to_string()) + "\n"))
 }
 
-/// Prints the text of `metrics.json` and the findings as a line of JSON.
-pub fn print_result(metrics: &[u8], findings: &[Finding]) -> io::Result<()> {
+/// Prints the text of `metrics.json`, the findings and the method as a line of JSON.
+pub fn print_result(metrics: &[u8], findings: &[Finding], settings: &Settings) -> io::Result<()> {
     let metrics: Value = serde_json::from_slice(metrics)?;
+    let method = method_of_case(settings);
     print_object(
         "result",
-        &json!({ "metrics": metrics, "findings": findings }),
+        &json!({ "metrics": metrics, "findings": findings, "method": method }),
     )
 }
 

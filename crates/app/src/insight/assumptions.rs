@@ -7,37 +7,18 @@
 
 use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
-use bristle::simulation::simulate;
 
 use crate::insight::findings::place;
-use bristle_study::grid::{CaseResult, Study};
-use bristle_study::input::friction::{FRICTION, REMEDY, ranges};
+use bristle_study::grid::{CaseResult, ForceSensitivity, Study, force_sensitivities};
+use bristle_study::input::friction::{FRICTION, TOPIC};
 use bristle_study::input::materials::Material;
 use bristle_study::input::statement::Statement;
 use bristle_study::text::layout::{aligned, wrap};
 use bristle_study::text::number::short;
 
-/// By which share a setting is changed.
-const CHANGE: f64 = 0.1;
-/// A share by which the force changes that is so much more than [`CHANGE`] that the contact is near
-/// a resonance of the filament.
+/// Share by which the force changes with a tenth of a setting if the contact is near a resonance of
+/// the filament.
 const RESONANT: f64 = 0.3;
-/// What a setting is changed to if it is zero.
-const INSTEAD_OF_ZERO: f64 = 0.1;
-
-/// One setting that has its default.
-#[derive(Clone, Debug)]
-pub struct Assumption {
-    /// The setting.
-    pub parameter: &'static Parameter,
-    /// Its default, or what the material states.
-    pub value: f64,
-    /// What it is changed to.
-    pub changed: f64,
-    /// By which share the tool force changes then. `None` if a pass failed, or there is no force to
-    /// change.
-    pub force_change: Option<f64>,
-}
 
 /// The settings of one contact that have their defaults.
 #[derive(Clone, Debug, Default)]
@@ -48,51 +29,22 @@ pub struct Assumptions {
     /// Velocity and depth of the contact, and whose it is if not that of all filaments.
     pub place: String,
     /// The settings: friction, then the others in the order of the table of settings.
-    pub list: Vec<Assumption>,
+    pub list: Vec<ForceSensitivity>,
     /// The material that states some of them in place of their defaults.
     pub material: Option<&'static Material>,
 }
 
 impl Assumptions {
-    /// Changes each of the settings `unstated` of one contact, of a filament alone, and simulates
-    /// it.
+    /// Returns the settings `unstated` of one contact, with their effects on a filament alone.
     #[must_use]
     pub fn of_contact(settings: &Settings, unstated: &[&'static Parameter]) -> Self {
-        let alone = Settings {
-            brush: None,
-            ..settings.clone()
-        };
-        let force = |settings: &Settings| {
-            Some(simulate(settings).ok()?.metrics.tool_contact_normal_force_n)
-        };
-        let nominal = (!unstated.is_empty())
-            .then(|| force(&alone))
-            .flatten()
-            .filter(|force| *force > 0.0);
-        let assumption = |&parameter: &&'static Parameter| {
-            let value = parameter.get(settings);
-            let changed = if value == 0.0 {
-                INSTEAD_OF_ZERO
-            } else {
-                (1.0 + CHANGE) * value
-            };
-            let mut other = alone.clone();
-            parameter.set(&mut other, changed);
-            let force_change = nominal.and_then(|nominal| Some(force(&other)? / nominal - 1.0));
-            Assumption {
-                parameter,
-                value,
-                changed,
-                force_change,
-            }
-        };
         let whose = if settings.brush.is_some() {
             ", for one filament alone"
         } else {
             ""
         };
         let place = format!("{}{whose}", place(settings));
-        let mut list: Vec<Assumption> = unstated.iter().map(assumption).collect();
+        let mut list = force_sensitivities(settings, unstated);
         list.sort_by_key(|assumption| assumption.parameter.path != FRICTION);
         Self {
             row: None,
@@ -108,8 +60,8 @@ impl Assumptions {
         Self { material, ..self }
     }
 
-    /// What to know of the settings: how large friction may be and what removes this doubt, whether
-    /// the force is near a resonance, and which of the settings come from a material.
+    /// What to know of the settings: where to read about friction, whether the force is near a
+    /// resonance, and which of the settings come from a material.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         [
@@ -151,7 +103,7 @@ impl Assumptions {
             .list
             .iter()
             .any(|assumption| assumption.parameter.path == FRICTION);
-        is_assumed.then(|| format!("Friction is the largest doubt. {} {REMEDY}", ranges()))
+        is_assumed.then(|| format!("Friction is the largest doubt: `bristle explain {TOPIC}`."))
     }
 
     fn material_note(&self) -> Option<String> {
@@ -224,8 +176,8 @@ impl Assumptions {
         let heading = ["assumed", "", "F_n,w at +10 %"]
             .map(str::to_owned)
             .to_vec();
-        let row = |assumption: &Assumption| {
-            let Assumption {
+        let row = |assumption: &ForceSensitivity| {
+            let ForceSensitivity {
                 parameter,
                 value,
                 changed,
@@ -279,6 +231,7 @@ impl Assumptions {
 mod tests {
     use super::*;
     use crate::insight::testing::brush;
+    use bristle::simulation::simulate;
     use bristle_study::grid::run_study;
     use bristle_study::input::document::Document;
     use bristle_study::text::layout::WIDTH;
@@ -356,7 +309,7 @@ mod tests {
         for part in [
             "filament.youngs_modulus_pa are those of filament.material = \"PA6.6\", as published",
             "Water uptake about halves the modulus",
-            "Friction is the largest doubt. Abrasive filaments may have 0.05 to 0.7: on steel dry",
+            "Friction is the largest doubt: `bristle explain friction`.",
         ] {
             assert!(note.contains(part), "{part}: {table}");
         }

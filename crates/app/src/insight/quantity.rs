@@ -3,13 +3,35 @@
 use bristle::model::metrics::{Metrics, RemovalLaw};
 use bristle::model::record::{Column, Prominence, Record, Scale, Scope};
 
+use crate::insight::advice::Limits;
 use bristle_study::grid::brush::{Having, metric_columns};
 use bristle_study::grid::uncertainty::ForceScatter;
-use bristle_study::grid::{CaseResult, CaseSummary, Interaction};
+use bristle_study::grid::{CaseResult, CaseSummary, Interaction, Study};
+use bristle_study::input::statement::Statement;
 use bristle_study::text::number::spanning;
 
 /// Metric that advice and comparisons use.
-const TOOL_FORCE: &str = "tool_contact_normal_force_n";
+pub const TOOL_FORCE: &str = "tool_contact_normal_force_n";
+/// Depth of a case, a result where the file states a force.
+const FOUND_DEPTH: &str = "penetration_depth_m";
+
+/// Returns the key of the metric that matters most in a study: that of its goal, else the tool
+/// force, or the depth of a force that is stated.
+#[must_use]
+pub fn main_metric(study: &Study, statement: &Statement) -> &'static str {
+    let limits = statement.goal.as_ref().map(Limits::of);
+    let limits = limits.and_then(Result::ok).unwrap_or_default();
+    let asked = if limits.target_force_n.is_some() {
+        TOOL_FORCE
+    } else {
+        limits.most().key()
+    };
+    if asked == TOOL_FORCE && study.is_pressed_on() {
+        FOUND_DEPTH
+    } else {
+        asked
+    }
+}
 
 /// A quantity of a case.
 #[derive(Clone, Debug)]

@@ -18,11 +18,11 @@ use crate::insight::advice::Answer;
 use crate::insight::assumptions::Assumptions;
 use crate::insight::findings::{Finding, judge_study};
 use crate::insight::measured::{Comparison, compare};
-use crate::report::page::{Recorder, page};
+use crate::report::page::{CourseRecorder, ReportContext, course_recorder, page};
 #[cfg(feature = "parquet")]
 use crate::report::parquet::write_runs_parquet;
 use crate::store::journal::{Key, StudyKeys};
-use crate::store::journal_file::{JournalFile, JournalFileError, Opened};
+use crate::store::journal_file::{JournalFile, JournalFileError, JournalState};
 use crate::store::previous::Previous;
 use crate::store::results::Origin;
 use crate::store::staged::{FileError, Occupied, StagedFile, Written, remove};
@@ -75,30 +75,14 @@ pub enum RunError {
     Stopped,
 }
 
-/// What a study may use, who can stop it, and who watches it.
-pub struct Means<'a> {
+/// Resources, cancellation and progress reporting of a study.
+pub struct RunContext<'a> {
     /// Threads and memory.
     pub resources: Resources,
     /// Ends the study at the next step of each of its passes.
     pub stop: &'a Stop,
     /// Watches it.
     pub observer: &'a dyn Observer,
-}
-
-/// What a page shows besides results.
-pub struct Subject<'a> {
-    /// Statement of the input file besides settings.
-    pub statement: &'a Statement,
-    /// The build that simulated the study.
-    pub origin: &'a Origin,
-    /// What was not stated.
-    pub assumptions: &'a Assumptions,
-    /// The answer to what the file asks for.
-    pub answer: Option<&'a Answer>,
-    /// The forces with which the study is compared.
-    pub measured: &'a [Measurement],
-    /// Findings about the results.
-    pub findings: &'a [Finding],
 }
 
 /// The directory where results go.
@@ -119,7 +103,7 @@ pub struct StudyRun {
 }
 
 /// A study with all its results.
-pub struct Finished {
+pub struct StudyOutcome {
     /// The study.
     pub study: Study,
     /// One result per case.
@@ -159,14 +143,13 @@ impl StudyRun {
         directory: &Path,
         subdirectories: &[Written<'_>],
         restart: bool,
-    ) -> Result<(Self, Found), JournalFileError> {
+    ) -> Result<(Self, DirectoryState), JournalFileError> {
         let occupied = occupy_results(directory, subdirectories)?;
         let mut run = Self::new(study);
         let mut previous = Previous::of(directory);
-        let (journal, opened) =
-            JournalFile::open(directory, restart, &mut previous, |key, line| {
-                run.keys.take(key, line, &mut run.results);
-            })?;
+        let (file, journal) = JournalFile::open(directory, restart, &mut previous, |key, line| {
+            run.keys.take(key, line, &mut run.results);
+        })?;
         if !restart {
             keep_others(directory, &run.study, subdirectories, &mut previous)?;
         }
@@ -174,11 +157,11 @@ impl StudyRun {
         run.output = Some(Output {
             earlier,
             directory: directory.to_owned(),
-            journal,
+            journal: file,
             _occupied: occupied,
         });
         let kept = previous.path().map(Path::to_owned);
-        Ok((run, Found { opened, kept }))
+        Ok((run, DirectoryState { journal, kept }))
     }
 
     /// The study.
@@ -265,13 +248,13 @@ impl StudyRun {
     pub fn simulate(
         &mut self,
         is_own: impl Fn(usize) -> bool,
-        means: &Means<'_>,
+        context: &RunContext<'_>,
     ) -> Result<(), RunError> {
         simulate(
             (&self.study, &self.keys),
             &mut self.results,
             self.output.as_mut(),
-            means,
+            context,
             Sampling::default(),
             |_, _| {},
             is_own,
@@ -287,15 +270,15 @@ impl StudyRun {
         self,
         statement: &Statement,
         measured: &[Measurement],
-        means: &Means<'_>,
-    ) -> Result<Finished, RunError> {
+        context: &RunContext<'_>,
+    ) -> Result<StudyOutcome, RunError> {
         let Self {
             study,
             keys,
             mut results,
             mut output,
         } = self;
-        let recorder = Recorder::new(&study).until(means.stop);
+        let recorder = course_recorder(&study).until(context.stop);
         // Courses are for the page in the directory of the results.
         let sampling = if output.is_some() {
             recorder.sampling()
@@ -306,7 +289,7 @@ impl StudyRun {
             (&study, &keys),
             &mut results,
             output.as_mut(),
-            means,
+            context,
             sampling,
             |case, pass| recorder.take(case, pass),
             |_| true,
@@ -316,11 +299,11 @@ impl StudyRun {
             .collect::<Option<_>>()
             .ok_or(RunError::Stopped)?;
         let assumptions = Assumptions::of_study(&study, &results, statement);
-        let Means {
+        let RunContext {
             resources,
             stop,
             observer,
-        } = means;
+        } = context;
         let answered = |goal| {
             Answer::of(goal, &study, &results, resources.threads, stop, || {
                 observer.answering()
@@ -332,7 +315,7 @@ impl StudyRun {
         let (files, comparisons) = match &output {
             Some(Output { directory, .. }) => {
                 let (origin, answer) = (&Origin::here(), answer.as_ref());
-                let subject = Subject {
+                let report = ReportContext {
                     statement,
                     origin,
                     assumptions: &assumptions,
@@ -345,14 +328,14 @@ impl StudyRun {
                     recorder,
                     &study,
                     &results,
-                    &subject,
+                    &report,
                     resources.threads,
                     stop,
                 )?
             }
             None => Default::default(),
         };
-        Ok(Finished {
+        Ok(StudyOutcome {
             study,
             results,
             assumptions,
@@ -366,9 +349,9 @@ impl StudyRun {
 
 /// State of a directory when a study began there.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Found {
+pub struct DirectoryState {
     /// The journal.
-    pub opened: Opened,
+    pub journal: JournalState,
     /// Where the results of another study have been moved.
     pub kept: Option<PathBuf>,
 }
@@ -387,11 +370,11 @@ fn simulate(
     (study, keys): (&Study, &StudyKeys),
     results: &mut [Option<CaseResult>],
     output: Option<&mut Output>,
-    Means {
+    RunContext {
         resources,
         stop,
         observer,
-    }: &Means<'_>,
+    }: &RunContext<'_>,
     sampling: Sampling,
     on_pass: impl Fn(usize, &Simulation) + Sync,
     is_own: impl Fn(usize) -> bool,
@@ -436,16 +419,10 @@ fn settle(output: Option<&mut Output>, results: &[Option<CaseResult>]) -> Result
 /// # Errors
 /// If threads cannot be started, or it is asked to stop.
 pub fn page_of(
-    recorder: Recorder<'_>,
+    recorder: CourseRecorder<'_>,
     study: &Study,
     results: &[CaseResult],
-    Subject {
-        statement,
-        assumptions,
-        answer,
-        measured,
-        ..
-    }: &Subject<'_>,
+    context: &ReportContext<'_>,
     threads: Option<NonZeroUsize>,
     stop: &Stop,
 ) -> Result<(String, Vec<Comparison>), RunError> {
@@ -454,19 +431,9 @@ pub fn page_of(
     if stop.is_requested() {
         return Err(RunError::Stopped);
     }
-    let comparisons = compare(study, results, measured);
-    Ok((
-        page(
-            &statement.title,
-            study,
-            results,
-            &courses,
-            assumptions,
-            &comparisons,
-            *answer,
-        ),
-        comparisons,
-    ))
+    let comparisons = compare(study, results, context.measured);
+    let page = page(study, results, &courses, &comparisons, context);
+    Ok((page, comparisons))
 }
 
 /// Draws the page of results and writes all files of a study to its directory, which must be
@@ -476,21 +443,21 @@ pub fn page_of(
 /// If a file cannot be written, or it is asked to stop.
 pub fn publish(
     directory: &Path,
-    recorder: Recorder<'_>,
+    recorder: CourseRecorder<'_>,
     study: &Study,
     results: &[CaseResult],
-    subject: &Subject<'_>,
+    context: &ReportContext<'_>,
     threads: Option<NonZeroUsize>,
     stop: &Stop,
 ) -> Result<(Vec<PathBuf>, Vec<Comparison>), RunError> {
-    let (page, comparisons) = page_of(recorder, study, results, subject, threads, stop)?;
+    let (page, comparisons) = page_of(recorder, study, results, context, threads, stop)?;
     let total = study.case_count();
     let unfinished = |error| RunError::Unfinished {
         error,
         done: total,
         total,
     };
-    let has_measured = !subject.measured.is_empty();
+    let has_measured = !context.measured.is_empty();
     #[cfg_attr(
         not(feature = "parquet"),
         expect(unused_variables, reason = "the Parquet file alone holds the settings")
@@ -505,17 +472,17 @@ pub fn publish(
             staged.push(StagedFile::write(directory.join(RUNS_PARQUET), content)?);
         }
         if has_measured {
-            let text = measured_text(subject.measured, &study.tool_names());
+            let text = measured_text(context.measured, &study.tool_names());
             staged.push(StagedFile::text(directory, MEASURED, &text)?);
         }
         Ok(staged)
     };
-    let findings: Vec<Value> = subject
+    let findings: Vec<Value> = context
         .findings
         .iter()
         .map(|finding| serde_json::to_value(finding).expect("findings have a form in JSON"))
         .collect();
-    let origin = (study, subject.origin, subject.statement, &findings[..]);
+    let origin = (study, context.origin, context.statement, &findings[..]);
     let files = write_study(directory, origin, results, &page, has_measured, further)
         .map_err(unfinished)?;
     // Files of an earlier study that this one does not write.

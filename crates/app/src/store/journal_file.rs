@@ -74,7 +74,7 @@ struct Written {
 
 /// State of the journal of an earlier command when it was opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Opened {
+pub struct JournalState {
     /// Length in bytes of an incomplete last line, which has been dropped.
     pub torn: u64,
     /// `true` if a restart has discarded its contents.
@@ -94,7 +94,7 @@ impl JournalFile {
         restart: bool,
         previous: &mut Previous,
         mut take: impl FnMut(Key, &str),
-    ) -> Result<(Self, Opened), JournalFileError> {
+    ) -> Result<(Self, JournalState), JournalFileError> {
         let path = directory.join(JOURNAL);
         let mut file = open_locked(&path, directory)?;
         let nothing = Length { intact: 0, torn: 0 };
@@ -174,7 +174,7 @@ impl JournalFile {
                     })?,
             )
         };
-        Ok((Self { shared, syncing }, Opened { torn, discarded }))
+        Ok((Self { shared, syncing }, JournalState { torn, discarded }))
     }
 
     /// Passes the key and the text of each line of the journal in a directory to `take`. The

@@ -10,6 +10,7 @@ pub mod digest;
 mod disk;
 pub mod journal;
 pub mod journal_file;
+pub mod method;
 pub mod origin;
 pub mod previous;
 pub mod results;

@@ -12,7 +12,8 @@ use crate::terminal::{print, show, width};
 /// Say what a key of the input file means: unit, range, default, and where the default comes from
 ///
 /// KEY is a path such as filament.length_m, its last part, a section, or the id of a finding, such
-/// as B003. Without KEY all keys are listed.
+/// as B003. `bristle explain friction` has ranges of friction coefficients and says what to do
+/// about this doubt. Without KEY all keys are listed.
 #[derive(Args)]
 pub struct ExplainArgs {
     /// The key

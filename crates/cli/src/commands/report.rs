@@ -9,8 +9,8 @@ use bristle_app::insight::assumptions::Assumptions;
 use bristle_app::insight::findings::judge_study;
 use bristle_app::insight::joined::{Joined, NamedStudy, join};
 use bristle_app::report::figures::is_of_study;
-use bristle_app::report::page::Recorder;
-use bristle_app::run::{Subject, TakeError, publish};
+use bristle_app::report::page::{ReportContext, course_recorder};
+use bristle_app::run::{TakeError, publish};
 use bristle_app::store::journal_file::{JOURNAL, JournalFile};
 use bristle_app::store::results::SavedStudy;
 use bristle_app::store::staged::prepare_directory;
@@ -163,7 +163,7 @@ fn compare(arguments: &ReportArgs, out: &Path, figures: &Figures) -> Result<(), 
         title: study.tool_names().join(" and "),
         ..Statement::default()
     };
-    let subject = Subject {
+    let context = ReportContext {
         statement: &statement,
         origin: &origin,
         assumptions: &Assumptions::default(),
@@ -174,10 +174,10 @@ fn compare(arguments: &ReportArgs, out: &Path, figures: &Figures) -> Result<(), 
     let threads = arguments.resources.resources().threads;
     let (files, comparisons) = publish(
         out,
-        Recorder::new(&study),
+        course_recorder(&study),
         &study,
         &results,
-        &subject,
+        &context,
         threads,
         &Stop::default(),
     )?;

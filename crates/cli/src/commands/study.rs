@@ -5,11 +5,11 @@ use std::path::Path;
 use std::process::{self, ExitCode};
 
 use bristle::simulation::Stop;
-use bristle_app::insight::advice::Limits;
 use bristle_app::insight::measured::unusual_points;
+use bristle_app::insight::quantity::main_metric;
 use bristle_app::report::figures::is_of_study;
 use bristle_app::report::tables::{study_tables, tools_table};
-use bristle_app::run::{Finished, Found, Means, StudyRun};
+use bristle_app::run::{DirectoryState, RunContext, StudyOutcome, StudyRun};
 use bristle_app::store::journal_file::JOURNAL;
 use bristle_app::store::staged::{prepare_directory, relative_to};
 use bristle_app::store::study_files::write_shard;
@@ -188,18 +188,18 @@ pub fn open(study: Study, directory: &Path, restart: bool) -> Result<StudyRun, C
 }
 
 /// Tells the user what the directory held when the study started.
-fn tell_of(run: &StudyRun, Found { opened, kept }: &Found, path: &Path) {
+fn tell_of(run: &StudyRun, DirectoryState { journal, kept }: &DirectoryState, path: &Path) {
     let path = shown_path(path);
     kept.iter().for_each(|kept| say_kept(kept));
-    if opened.discarded {
+    if journal.discarded {
         say(format_args!(
             "note: the earlier journal `{path}` has been discarded"
         ));
     }
-    if opened.torn > 0 {
+    if journal.torn > 0 {
         say(format_args!(
             "note: the last {} bytes of `{path}` were an incomplete line and have been dropped",
-            opened.torn
+            journal.torn
         ));
     }
     let ((done, _), total) = (run.counts(), run.study().case_count());
@@ -226,7 +226,7 @@ fn simulate_shard(
     let stop = Stop::default();
     run.simulate(
         is_own,
-        &Means {
+        &RunContext {
             resources: job.resources.resources(),
             stop: &stop,
             observer: &progress,
@@ -245,7 +245,7 @@ fn simulate_shard(
             }
         ));
     }
-    progress.summarise(&[path], &[])?;
+    progress.summarise(&[path], &[], run.study())?;
     if failed > 0 {
         say(format_args!(
             "error: {failed} of the cases failed; the results of the study will say why"
@@ -301,12 +301,12 @@ impl Conclusion<'_> {
         }
         let progress = Progress::begin(&run, |_| true, json);
         let stop = Stop::default();
-        let means = Means {
+        let context = RunContext {
             resources,
             stop: &stop,
             observer: &progress,
         };
-        let Finished {
+        let StudyOutcome {
             study,
             results,
             assumptions,
@@ -314,7 +314,7 @@ impl Conclusion<'_> {
             comparisons,
             findings,
             files,
-        } = run.finish(statement, measured, &means)?;
+        } = run.finish(statement, measured, &context)?;
         let drawn = draw_study(
             out,
             &study,
@@ -343,7 +343,7 @@ impl Conclusion<'_> {
                 .and_then(|()| say_drawn(&drawn, &comparisons))
         };
         let findings = told(findings, ignored);
-        let shown = shown.and(progress.summarise(&files, &findings));
+        let shown = shown.and(progress.summarise(&files, &findings, &study));
         let failed = tell_failures(&results);
         if study.checks() {
             tell_changes(&results);
@@ -400,12 +400,7 @@ pub fn show_tables(
     tables: &TableArgs,
     statement: &Statement,
 ) -> io::Result<()> {
-    let most = || {
-        let limits = statement.goal.as_ref().map(Limits::of);
-        let limits = limits.and_then(Result::ok).unwrap_or_default();
-        limits.most().key()
-    };
-    let main = (tables.tables == TableChoice::Main).then(most);
+    let main = (tables.tables == TableChoice::Main).then(|| main_metric(study, statement));
     let tables = study_tables(study, results, main, width());
     if study.tools().is_empty() {
         show(tables)

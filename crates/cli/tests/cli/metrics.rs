@@ -4,13 +4,15 @@
 use bristle::model::metrics::Metrics;
 use bristle::model::record::{Column, Needs, Prominence, Record, Scope};
 use bristle_app::insight::assumptions::Assumptions;
+use bristle_app::insight::quantity::TOOL_FORCE;
 use bristle_app::report::drawing::format::Format;
 use bristle_app::report::figures::study_figures;
-use bristle_app::report::page::page;
+use bristle_app::report::page::{ReportContext, page};
 use bristle_app::report::tables::study_tables;
-use bristle_app::store::results::run_columns;
+use bristle_app::store::results::{Origin, run_columns};
 use bristle_study::grid::brush::{Having, metric_columns};
 use bristle_study::grid::{CaseResult, Interaction, Study, run_study};
+use bristle_study::input::statement::Statement;
 use bristle_study::text::capitalised;
 use bristle_study::text::layout::{WIDTH, wrap};
 
@@ -74,16 +76,16 @@ fn every_reader_shows_every_metric() {
         "{metrics}"
     );
 
-    // The page, the most prominent metrics first.
-    let data = page_data(&page(
-        "case.toml",
-        &study,
-        &results,
-        &[],
-        &Assumptions::default(),
-        &[],
-        None,
-    ));
+    // The page, the force first, then the most prominent metrics.
+    let context = ReportContext {
+        statement: &Statement::default(),
+        origin: &Origin::here(),
+        assumptions: &Assumptions::default(),
+        answer: None,
+        measured: &[],
+        findings: &[],
+    };
+    let data = page_data(&page(&study, &results, &[], &[], &context));
     let quantities = data["quantities"].as_array().expect("quantities");
     let mut prominent: Vec<&Column<Metrics>> = metric_columns(having)
         .filter(|column| is_shown(column, &results))
@@ -93,6 +95,7 @@ fn every_reader_shows_every_metric() {
         Scope::Tool => Prominence::Headline,
         Scope::Filament => column.display.prominence,
     });
+    prominent.sort_by_key(|column| column.key != TOOL_FORCE);
     assert!(
         quantities.len() == prominent.len() && prominent.len() < all.len(),
         "{prominent:?}"

@@ -401,6 +401,12 @@ fn progress_and_summary_are_for_programs_too() {
     assert_eq!(last as usize, CASES);
     let mut summary = summary.clone();
     assert!(summary["findings"].take().is_array());
+    let method = summary["method"].take();
+    assert!(
+        method
+            .as_str()
+            .is_some_and(|text| text.contains("ESDIRK5(4)"))
+    );
     let time = summary["seconds"].take().as_f64();
     assert!(time.is_some_and(|time| 0.0 < time && time < seconds));
     let mut files = vec![
@@ -413,7 +419,7 @@ fn progress_and_summary_are_for_programs_too() {
     }
     let expected = json!({
         "event": "summary", "cases": CASES, "failures": FAILURES, "resumed": 0,
-        "seconds": null, "files": files, "findings": null,
+        "seconds": null, "files": files, "findings": null, "method": null,
     });
     assert_eq!(summary, expected);
     // There are no tables, but warnings and errors are reported.

@@ -147,6 +147,7 @@ const CASES: &[(&str, &[&str], &[&str])] = &[
             "explain filament.material",
             "explain measured",
             "explain friction_coefficient",
+            "explain friction",
             "new first.toml --body-radius-mm 140 --width-mm 20 --filaments 10500 --length-mm 40 --diameter-mm 1.18 --max-rpm 1200 --max-depth-mm 4",
         ],
     ),

@@ -4,6 +4,8 @@
 //! axes. [`run_study`] simulates the cases, in lanes and threads. [`uncertainty`] samples the tools
 //! of a case and has the band of their forces. [`Interaction`] compares a brush with one filament
 //! alone. [`check`] has the change of a result that is computed more precisely.
+//! [`PassRecorder`] keeps records of single passes; [`force_sensitivities`] change one setting at a
+//! time.
 //!
 //! Journals are tied to the sources of this module, because these decide the content of a case.
 //! Code that only reads, prints or advises is in other modules.
@@ -12,8 +14,10 @@ pub mod brush;
 mod case;
 pub mod check;
 mod interaction;
+mod recorder;
 pub mod removal;
 mod scheduler;
+mod sensitivity;
 mod setting;
 mod shard;
 mod study;
@@ -23,10 +27,12 @@ pub mod uncertainty;
 
 pub use case::{CaseResult, CaseSummary, tentative};
 pub use interaction::{Interaction, turn_impulses};
+pub use recorder::PassRecorder;
 pub use scheduler::{
     Resources, by_work, calibration_band, press_brush, run_study, simulate_cases,
     simulate_cases_with, thread_count, without_result, work,
 };
+pub use sensitivity::{ForceSensitivity, force_sensitivities};
 pub use setting::{
     DEPTH, FORCE, FRICTION, OFFSET, SPEED, Setting, TOOL, TURNS, VELOCITY, equation,
 };

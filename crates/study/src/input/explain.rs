@@ -6,7 +6,7 @@ use serde_json::Value;
 use thiserror::Error;
 
 use crate::input::document::setting_meant;
-use crate::input::friction::{FRICTION, REMEDY, pairing_list};
+use crate::input::friction::{FRICTION, REMEDY, TOPIC, friction_advice, pairing_list};
 use crate::input::input_error::LONGEST_KEY;
 use crate::input::keys::SECTIONS;
 use crate::input::materials::material_list;
@@ -48,12 +48,15 @@ pub fn all_keys(width: usize) -> String {
 
 /// Explains a key: its description, unit, range, default and the source of the default. `key` is a
 /// path, the last part of one, either of them in another unit, or a section, whose keys are then
-/// listed. Lines have at most `width` columns.
+/// listed; [`TOPIC`] gives advice. Lines have at most `width` columns.
 ///
 /// # Errors
 /// If there is no such key.
 pub fn explain(key: &str, width: usize) -> Result<String, UnknownKey> {
     let key = key.trim();
+    if key == TOPIC {
+        return Ok(friction_advice(width));
+    }
     let schema = file_schema();
     if let Some(section) = sections(&schema).iter().find(|section| *section == key) {
         let meaning = schema["properties"][section]["description"]
@@ -381,6 +384,17 @@ mod tests {
                 .matches("[measured]")
                 .count(),
             1
+        );
+        let advice = explain("friction", WIDTH).expect("a topic");
+        let parts = [
+            "may have 0.05 to 0.7:",
+            "\n  ceramics wet  0.05 to 0.4  a guess",
+            "[measured]",
+        ];
+        assert!(
+            parts.iter().all(|part| advice.contains(part))
+                && advice.lines().all(|line| line.chars().count() <= WIDTH),
+            "{advice}"
         );
         let unknown = explain("rpm", WIDTH).expect_err("no key").to_string();
         assert!(

@@ -1,5 +1,5 @@
 //! Coefficients of friction of abrasive filaments on workpieces, for files that do not state
-//! theirs.
+//! theirs, and advice about this doubt.
 //!
 //! No measured coefficients of such filaments were found. Each range is a guess, as wide as the
 //! values found for similar pairs.
@@ -10,8 +10,11 @@ use crate::text::number::short;
 /// Path of the setting.
 pub const FRICTION: &str = "contact.friction_coefficient";
 
+/// Word that `bristle explain` answers with advice about friction.
+pub const TOPIC: &str = "friction";
+
 /// Remedy for the doubt about a coefficient that is not stated.
-pub const REMEDY: &str = "Measured forces remove this doubt: name them in [measured], or drag the brush (docs/trust.md).";
+pub(crate) const REMEDY: &str = "Measured forces remove this doubt: name them in [measured], or drag the brush (docs/trust.md).";
 
 /// Abrasive polyamide filaments on a workpiece.
 #[derive(Debug)]
@@ -84,29 +87,24 @@ pub fn range_of_all() -> [f64; 2] {
     )
 }
 
-/// Lists the ranges of all pairings in a sentence.
+/// Returns the advice about friction that a file does not state, in lines of at most `width`
+/// columns.
 #[must_use]
-pub fn ranges() -> String {
+pub fn friction_advice(width: usize) -> String {
     let [least, largest] = range_of_all().map(short);
-    let workpieces = PAIRINGS
-        .chunk_by(|one, next| one.workpiece == next.workpiece)
-        .map(|pairings| {
-            let ranges = pairings
-                .iter()
-                .map(|pairing| format!("{} {}", pairing.condition, pairing.range_text()));
-            format!(
-                "on {} {}",
-                pairings[0].workpiece,
-                ranges.collect::<Vec<_>>().join(", ")
-            )
-        });
-    let workpieces = workpieces.collect::<Vec<_>>().join("; ");
-    format!("Abrasive filaments may have {least} to {largest}: {workpieces}.")
+    let mut text = String::new();
+    let doubt = format!(
+        "Friction is the largest doubt about a force. A file that does not state {FRICTION} has the default. Abrasive filaments \
+         may have {least} to {largest}:"
+    );
+    wrap(width, &mut text, "", &doubt);
+    text.push_str(&pairing_list(width));
+    wrap(width, &mut text, "", REMEDY);
+    text
 }
 
 /// Lists all pairings with their sources, in lines of at most `width` columns.
-#[must_use]
-pub fn pairing_list(width: usize) -> String {
+pub(crate) fn pairing_list(width: usize) -> String {
     let mut text = String::new();
     for pairing in PAIRINGS {
         let Pairing {
@@ -144,12 +142,5 @@ mod tests {
             );
         }
         assert_eq!(range_of_all(), [0.05, 0.7]);
-        let ranges = ranges();
-        assert!(
-            ranges.starts_with(
-                "Abrasive filaments may have 0.05 to 0.7: on steel dry 0.2 to 0.6, wet "
-            ),
-            "{ranges}"
-        );
     }
 }

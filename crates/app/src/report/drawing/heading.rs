@@ -18,7 +18,7 @@ const HEIGHT: i32 = 40;
 /// Room for factors of an axis without a heading, in pixels.
 const NO_HEIGHT: i32 = 24;
 
-/// A title and a subtitle, which may be empty.
+/// A title and a subtitle, which may be empty or have several lines.
 #[derive(Clone, Debug)]
 pub struct Heading {
     title: Vec<String>,
@@ -36,8 +36,12 @@ impl Heading {
             1.0
         };
         let room = part * (width - left - RIGHT) as f32;
-        let [title, subtitle] = [(title, TITLE), (subtitle, SUBTITLE)]
-            .map(|(text, usual)| wrapped(&typeset(text), format.font_size(usual), room));
+        let [title, subtitle] = [(title, TITLE), (subtitle, SUBTITLE)].map(|(text, usual)| {
+            let lines = text.lines();
+            lines
+                .flat_map(|line| wrapped(&typeset(line), format.font_size(usual), room))
+                .collect()
+        });
         let [title, subtitle] = if format.has_title() {
             [title, subtitle]
         } else {

@@ -1,7 +1,7 @@
 //! Figures of a brush: impulses of its filaments, forces of its tool over time, and where filaments
 //! press on each other.
 
-use super::picture::{Picture, contact_title};
+use super::picture::{Picture, contact_title, with_brush};
 use crate::report::drawing::diagram::{Curve, Diagram, Look};
 use crate::report::drawing::ends;
 use crate::report::drawing::format::Format;
@@ -76,12 +76,13 @@ fn impulses(brush: &Brush, format: &Format) -> Picture {
         ],
         over_columns(brush, value),
     ];
+    let subtitle = format!(
+        "interaction factor {factor:.3}; shaded: the columns that count, with a mean known to ± {:.2} %",
+        100.0 * impulse_error_estimate
+    );
     let diagram = Diagram::new(
         contact_title("Impulses of the filaments", &brush.settings),
-        format!(
-            "interaction factor {factor:.3}; shaded: the columns that count, with a mean known to ± {:.2} %",
-            100.0 * impulse_error_estimate
-        ),
+        with_brush(&subtitle, &brush.settings),
         [
             Axis::count("column; 0 meets the workpiece first"),
             Axis::amount("p_n in mN s"),
@@ -185,9 +186,10 @@ fn forces(brush: &Brush, format: &Format) -> Picture {
     )];
     curves.extend(has_presses.then_some(presses));
     let Interaction { columns, rows, .. } = brush.interaction;
+    let subtitle = format!("sums over {columns} × {rows} filaments");
     let diagram = Diagram::new(
         contact_title("Normal forces of the sector", &brush.settings),
-        format!("sums over {columns} × {rows} filaments"),
+        with_brush(&subtitle, &brush.settings),
         [
             Axis::linear("time t in ms"),
             Axis::amount("normal force in N"),
@@ -232,11 +234,12 @@ fn presses_along(brush: &Brush, format: &Format) -> Picture {
         .chain(steps)
         .chain([(1e3 * length, 0.0)])
         .collect();
+    let subtitle = format!(
+        "impulse per filament that counts, in {INTERVALS} parts of its length, by the mean place of each pair’s contact"
+    );
     let diagram = Diagram::new(
         contact_title("Where filaments press on each other", &brush.settings),
-        format!(
-            "impulse per filament that counts, in {INTERVALS} parts of its length, by the mean place of each pair’s contact"
-        ),
+        with_brush(&subtitle, &brush.settings),
         [
             Axis::linear("distance from the root in mm"),
             Axis::from_zero("impulse in mN s"),
@@ -254,7 +257,10 @@ fn presses_over_columns(brush: &Brush, format: &Format) -> Picture {
     let value = |filament: &FilamentResult| 1e3 * filament.press_impulse_n_s;
     let diagram = Diagram::new(
         contact_title("Impulse of neighbours on each filament", &brush.settings),
-        "without regard to direction; shaded: the columns that count",
+        with_brush(
+            "without regard to direction; shaded: the columns that count",
+            &brush.settings,
+        ),
         [
             Axis::count("column; 0 meets the workpiece first"),
             Axis::amount("impulse in mN s"),

@@ -3,10 +3,11 @@
 
 use std::f64::consts::TAU;
 
+use bristle::model::settings::Settings;
 use bristle_study::calibrate::{Calibration, GrownEdge, Radii, estimate};
 use bristle_study::grid::Setting;
 
-use super::picture::Picture;
+use super::picture::{Picture, TOOL_RADIUS, brush_line};
 use super::removal::unit_of_time;
 use crate::report::drawing::diagram::{Curve, Diagram, Look};
 use crate::report::drawing::format::Format;
@@ -96,7 +97,7 @@ fn grown(calibration: &Calibration, radii: &Radii, format: &Format) -> Picture {
     let markers = calibration.problem.observations.iter();
     let diagram = Diagram::new(
         "Measured and fitted radii of the edge",
-        estimates(calibration),
+        with_stated(&estimates(calibration), calibration),
         [
             Axis::linear(format!("time in {unit}")),
             Axis::amount("radius R of the edge in mm"),
@@ -137,6 +138,23 @@ fn estimates(calibration: &Calibration) -> String {
         .map(|own| estimate(calibration, own))
         .collect::<Vec<_>>()
         .join(", ")
+}
+
+/// Adds a line with friction and brush to a subtitle, without settings that are fitted.
+fn with_stated(subtitle: &str, calibration: &Calibration) -> String {
+    let problem = &calibration.problem;
+    let brushes: Vec<Settings> = problem
+        .brushes
+        .iter()
+        .map(|brush| brush.settings.clone())
+        .collect();
+    let is_fitted = |path: &str| problem.fitted.iter().any(|own| own.parameter.path == path);
+    // R is the radius of the edge among radii.
+    let omits_radius = problem.radii.is_some() || is_fitted("filament.length_m");
+    let line = brush_line(&brushes, |path| {
+        is_fitted(path) || path == TOOL_RADIUS && omits_radius
+    });
+    format!("{subtitle}\n{line}")
 }
 
 /// What error bars show.
@@ -184,7 +202,7 @@ fn fitted(calibration: &Calibration, force: usize, format: &Format) -> Picture {
         .flat_map(|[fitted, value, std, _]| [(*fitted, value - std), (*fitted, value + std)]);
     let diagram = Diagram::new(
         "Measured and fitted forces",
-        estimates(calibration),
+        with_stated(&estimates(calibration), calibration),
         [
             Axis::amount(format!("fitted {name} in {unit}")),
             Axis::amount(format!("measured {name} in {unit}")),
@@ -240,13 +258,14 @@ fn ellipse(calibration: &Calibration, [a, b]: [usize; 2], format: &Format) -> Pi
         let corners = [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)].map(|(x, y)| (of_a[x], of_b[y]));
         curves.push(Curve::new("95 % of each", Look::Reference, corners));
     }
+    let subtitle = format!(
+        "{}, {}, correlation {correlation:.2}",
+        estimate(calibration, a),
+        estimate(calibration, b)
+    );
     let diagram = Diagram::new(
         "Confidence ellipse",
-        format!(
-            "{}, {}, correlation {correlation:.2}",
-            estimate(calibration, a),
-            estimate(calibration, b)
-        ),
+        with_stated(&subtitle, calibration),
         [
             Axis::linear(settings[0].label()),
             Axis::linear(settings[1].label()),

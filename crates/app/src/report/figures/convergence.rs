@@ -2,7 +2,7 @@
 
 use crate::insight::convergence::{Convergence, GOAL, Series, force};
 
-use super::picture::Picture;
+use super::picture::{Picture, with_brush};
 use crate::report::drawing::diagram::{Frame, draw_axes, left_of};
 use crate::report::drawing::format::Format;
 use crate::report::drawing::heading::Heading;
@@ -32,7 +32,8 @@ pub fn convergence_figures(convergence: &Convergence, format: &Format) -> Vec<Pi
         .unwrap_or(0);
     let width = format.width(WIDTH);
     let subtitle = "error of F_n,w, against the finest value or what it tends to; square: as stated; dashed: 1 %";
-    let heading = Heading::new(format, TITLE, subtitle, [left, width]);
+    let subtitle = with_brush(subtitle, &convergence.settings);
+    let heading = Heading::new(format, TITLE, &subtitle, [left, width]);
     let (top, height) = (heading.height(), format.height(HEIGHT, WIDTH, MIN_HEIGHT));
     let count = convergence.series.len() as i32;
     let mut canvas = Canvas::on(format, (width, top + count * (height + BOTTOM)));

@@ -46,7 +46,7 @@ pub use picture::Picture;
 pub use profile::drawn_shapes;
 pub use removal::{corner_outline, is_of_removal, removal_figures, unit_of_time};
 
-use picture::{contact_title, of_process};
+use picture::{brush_line, contact_title, of_process, with_brush};
 use profile::{PROFILE_DRAWN, PROFILE_UNROLLED};
 
 /// Maximum number of values of the further sweeps for which figures are drawn.
@@ -396,12 +396,22 @@ impl View<'_> {
         }
     }
 
-    /// Joins the parts of a subtitle, after what all figures of the slice share.
+    /// Joins the parts of a subtitle, after what all figures of the slice share, and adds a line
+    /// with friction and brush.
     fn subtitle(&self, parts: impl IntoIterator<Item = String>) -> String {
         let all = std::iter::once(self.slice.condition()).chain(parts);
-        all.filter(|part| !part.is_empty())
-            .collect::<Vec<_>>()
-            .join("; ")
+        let parts = all.filter(|part| !part.is_empty()).collect::<Vec<_>>();
+        let Slice { x, y, fixed, .. } = self.slice;
+        // Each setting depends on one side at most.
+        let along_x = (0..x.values.len()).map(|at| self.slice.case(at, 0));
+        let along_y = (0..y.values.len()).map(|at| self.slice.case(0, at));
+        let cases: Vec<Settings> = along_x
+            .chain(along_y)
+            .map(|case| self.study.settings(case))
+            .collect();
+        let is_in_condition = |path: &str| fixed.iter().any(|(setting, _)| setting.path() == path);
+        let lines = [parts.join("; "), brush_line(&cases, is_in_condition)];
+        lines.join("\n")
     }
 
     /// `N_f` with its uncertainty, if it applies to all values.
@@ -415,11 +425,8 @@ impl View<'_> {
             return String::new();
         }
         let tool = self.study.settings(case).tool;
-        let [count, spread] = [tool.filament_count, tool.filament_count_uncertainty].map(short);
-        format!(
-            "N_f = {count} ± {spread}: all values ± {:.1} %",
-            100.0 * relative
-        )
+        let spread = short(tool.filament_count_uncertainty);
+        format!("N_f ± {spread}: all values ± {:.1} %", 100.0 * relative)
     }
 
     /// Whether the case at positions on the sides of the slice is laterally unstable.
@@ -835,6 +842,7 @@ fn history_figure(settings: &Settings, history: &[Sample], format: &Format) -> P
     if places(settings).len() > 1 {
         subtitle.push_str("; all of the filament in the middle of the trim");
     }
+    let subtitle = with_brush(&subtitle, settings);
     let heading = Heading::new(format, &title, &subtitle, [left, page]);
     let panel = if panels.len() > 2 { LOW_PANEL } else { PANEL };
     let panel = format.height(panel, HISTORY, MIN_PANEL);
@@ -898,7 +906,7 @@ fn turns_figure(settings: &Settings, impulses: &[f64], format: &Format) -> Optio
         .map(|(turn, impulse)| (f64::from(turn), 1e3 * impulse));
     let diagram = Diagram::new(
         "Contact normal impulse turn by turn",
-        of_process(settings),
+        with_brush(&of_process(settings), settings),
         [Axis::count("turn"), Axis::amount("p_n in mN s")],
         vec![Curve::new("", Look::Joined, points)],
     );
@@ -1188,7 +1196,9 @@ mod tests {
         };
         assert!(find("impulse_over_depth").contains("7 of 9 values of v<tspan"));
         assert!(!find("impulse_over_velocity").contains("values of"));
-        assert!(find("tool_force_map").contains("> = 10500 ± 600: all values ± 5.7 %"));
+        let map = find("tool_force_map");
+        assert!(map.contains("> ± 600: all values ± 5.7 %"));
+        assert!(map.contains("µ = 0,") && map.contains("R = 180"));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Figures of where on the workpiece the work of a contact is done.
 
-use super::picture::{Picture, contact_title};
+use super::picture::{Picture, contact_title, with_brush};
 use crate::report::drawing::clip::{clip_line, clip_polygon};
 use crate::report::drawing::diagram::{Frame, draw_axes, left_of};
 use crate::report::drawing::format::Format;
@@ -191,7 +191,7 @@ pub(super) fn unrolled(
     let heading = Heading::new(
         format,
         &contact_title("Work along the profile", settings),
-        &subtitle,
+        &with_brush(&subtitle, settings),
         [left, page],
     );
     let first = heading.height() + ABOVE;
@@ -571,7 +571,7 @@ pub(super) fn drawn(
     let heading = Heading::new(
         format,
         &contact_title("Filament on the workpiece", settings),
-        &bars,
+        &with_brush(&bars, settings),
         [24, page],
     );
     let top = heading.height() + ABOVE;

@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use bristle::model::settings::Settings;
 use bristle_study::grid::removal::{Removal, RemovalRow};
-use bristle_study::text::number::{short, significant};
+use bristle_study::text::number::significant;
 
-use super::picture::{Picture, of_process};
+use super::picture::{Picture, TOOL_RADIUS, brush_line, of_process};
 use crate::report::drawing::clip::clip_line;
 use crate::report::drawing::diagram::{Curve, Diagram, Frame, Look, draw_axes, left_of};
 use crate::report::drawing::format::Format;
@@ -149,10 +149,17 @@ pub fn is_of_removal(name: &str) -> bool {
 }
 
 fn subtitle(settings: &Settings, removal: &Removal) -> String {
+    // R is the radius of the edge here, and filaments that wear have no one length.
+    let wears = removal
+        .rows
+        .last()
+        .is_some_and(|row| row.filament_length_m != settings.filament.length_m);
+    let brush = brush_line(std::slice::from_ref(settings), |path| {
+        path == TOOL_RADIUS || wears && path == "filament.length_m"
+    });
     format!(
-        "{}, µ = {}, k_P = {} m²/N",
+        "{}, k_P = {} m²/N\n{brush}",
         of_process(settings),
-        short(settings.contact.friction_coefficient),
         significant(removal.preston_m2_n),
     )
 }

@@ -224,7 +224,7 @@ function createSector() {
 showHead();
 datePrints(brush.version);
 showResults();
-showNotes(brush.notes);
+showNotes(brush.notes, rich);
 showSettings(brush.settings, fixedSettingText);
 const work = brush.work.map(([name, count]) => `${number(count, 12)} ${name}`);
 showOrigin(brush, [["Solver", [work.join(", ")]]], "; filaments are capsules that press on each other");

@@ -22,6 +22,7 @@ use crate::insight::slices::spread;
 use crate::report::drawing::format::Format;
 use crate::report::figures::{Brush, Picture, brush_figures};
 use crate::report::view::View;
+use crate::store::method::method_of_case;
 
 const SECTIONS: &str = include_str!("brush.html");
 const SCRIPT: &str = concat!(
@@ -159,6 +160,7 @@ pub fn brush_page(name: &str, brush: &Brush, result: &BrushResult, notes: Notes<
                           <code>metrics.json</code> and <code>filaments.csv</code> in the same directory.",
         sections: &fill(SECTIONS, &[("figures", &figures)]),
         notes,
+        method: &method_of_case(&brush.settings),
         data: data(name, brush, result),
         script: SCRIPT,
     };

@@ -107,7 +107,7 @@ function createCaseView(study, grid) {
           : "This page holds no course over time.",
       ]);
     } else if (course === null) {
-      const nearest = nearestCourse(index);
+      const nearest = grid.nearest(index, [...courses.keys()]);
       notes.push([
         `The course over time was kept of ${courses.size} cases that are spread over the study; this is none of them. The nearest is `,
         element("a", { href: `#case-${grid.row(nearest)}` }, ...rich(grid.name(nearest))),
@@ -124,14 +124,6 @@ function createCaseView(study, grid) {
     }
     byId("case-note").hidden = notes.length === 0;
     byId("case-note").replaceChildren(...notes.map((content) => element("p", {}, ...content)));
-  }
-
-  /** The case with a course that is the fewest positions away. */
-  function nearestCourse(index) {
-    const places = grid.places(index);
-    const distance = (other) =>
-      grid.places(other).reduce((sum, place, k) => sum + ((place - places[k]) / grid.axes[k].values.length) ** 2, 0);
-    return [...courses.keys()].reduce((best, other) => (distance(other) < distance(best) ? other : best));
   }
 
   function showTables(index) {

@@ -1,27 +1,19 @@
 //! The course of a contact over time, as the page draws it: curves and shapes of the filament.
 //!
-//! A [`Recorder`] collects courses while a study is simulated. Results that come from a journal
-//! have none: cases of them that the page shows are simulated again. Each course is packed at once,
+//! A [`CourseRecorder`] collects courses while a study is simulated. Each course is packed at once,
 //! with two bytes per number.
 
-use std::collections::BTreeSet;
-use std::io;
-use std::num::NonZeroUsize;
-use std::ops::ControlFlow;
-
-use parking_lot::{Mutex, MutexGuard};
 use serde_json::{Value, json};
 
 use super::packed::{Packed, rounded};
-use super::selection::{MAX_COURSES, Selection};
+use super::selection::Selection;
 use crate::insight::slices::spread;
 use crate::report::drawing::ends;
 use crate::report::view::{View, height, is_upright, moved, root, sampled_pass};
-use bristle::model::metrics::Metrics;
-use bristle::model::settings::{Settings, UncertaintySettings};
-use bristle::simulation::{Pass, ProfileCell, Sample, Sampling, Shape, Simulation, Stop};
+use bristle::model::settings::Settings;
+use bristle::simulation::{Pass, ProfileCell, Sample, Sampling, Shape, Simulation};
 use bristle::workpiece::ProfileCells;
-use bristle_study::grid::{CaseResult, Study, simulate_cases};
+use bristle_study::grid::{PassRecorder, Study};
 
 /// How a single turn is sampled: enough for curves 600 pixels wide and for smooth motion.
 const SAMPLING: Sampling = Sampling {
@@ -196,142 +188,35 @@ fn mean_forces(history: &[Sample]) -> Vec<f64> {
         .collect()
 }
 
-/// Records the courses of a study, at most [`MAX_COURSES`], evenly spread over the grid.
-#[derive(Debug)]
-pub struct Recorder<'a> {
-    study: &'a Study,
-    courses: Mutex<Vec<Course>>,
-    stop: Stop,
-}
+/// Records the courses of the cases that the page of a study shows in motion.
+pub type CourseRecorder<'a> = PassRecorder<'a, Course>;
 
-impl<'a> Recorder<'a> {
-    /// A recorder without a course.
-    #[must_use]
-    pub fn new(study: &'a Study) -> Self {
-        Self {
-            study,
-            courses: Mutex::default(),
-            stop: Stop::default(),
-        }
-    }
-
-    /// The same recorder, which simulates no further case once `stop` is requested.
-    #[must_use]
-    pub fn until(self, stop: &Stop) -> Self {
-        Self {
-            stop: stop.clone(),
-            ..self
-        }
-    }
-
-    /// How the passes of the study have to be sampled for [`Recorder::take`]. Not at all if the
-    /// study has more passes than the page has courses: simulating a few again is cheaper than
-    /// sampling all.
-    #[must_use]
-    pub fn sampling(&self) -> Sampling {
-        let all = self.study.case_count() <= MAX_COURSES && !self.study.scatters();
-        if all {
-            self.sampling_of_courses()
-        } else {
-            Sampling::default()
-        }
-    }
-
-    /// How the passes with courses are sampled.
-    fn sampling_of_courses(&self) -> Sampling {
-        if self.study.takes_turns() {
-            SAMPLING_OF_TURNS
-        } else {
-            SAMPLING
-        }
-    }
-
-    /// Records a case, counted from 0, if its pass was sampled.
-    ///
-    /// # Panics
-    /// If the study has no such case.
-    pub fn take(&self, case: usize, pass: &Simulation) {
-        // The history is empty too if some of its samples were not finite.
-        if !pass.history.is_empty() {
-            let course = Course::new(case, &self.at_depth(case, &pass.metrics), pass);
-            self.courses().push(course);
-        }
-    }
-
-    /// The settings of a case, at the depth that was found for its force if it states one.
-    fn at_depth(&self, case: usize, found: &Metrics) -> Settings {
-        let settings = self.study.settings(case);
-        if settings.process.tool_force_n.is_some() {
-            settings.at_depth(found.penetration_depth_m)
-        } else {
-            settings
-        }
-    }
-
-    fn courses(&self) -> MutexGuard<'_, Vec<Course>> {
-        self.courses.lock()
-    }
-
-    /// Simulates the cases of the page that were not recorded, and returns all courses. Brushes
-    /// have none.
-    ///
-    /// A case that failed, in `results` or now, has no course, nor do those that were under way or
-    /// waiting when it was asked to stop. The default number of threads is the number of cores.
-    /// Neither the number of threads nor the time of recording changes a course.
-    ///
-    /// # Errors
-    /// If the threads cannot be started.
-    pub fn finish(
-        self,
-        results: &[CaseResult],
-        threads: Option<NonZeroUsize>,
-    ) -> io::Result<Vec<Course>> {
-        let study = self.study;
-        if study.has_brush() {
-            return Ok(Vec::new());
-        }
-        let recorded: BTreeSet<usize> = self.courses().iter().map(Course::case).collect();
-        let waiting = Selection::with_course(study)
-            .cases
-            .into_iter()
-            .filter(|case| !recorded.contains(case));
-        // Sampled tools have no courses.
-        let alone = |case: usize| {
-            let settings = self.at_depth(case, &results[case].as_ref().ok()?.metrics);
-            let uncertainty = UncertaintySettings::default();
-            Some((
-                case,
-                Settings {
-                    uncertainty,
-                    ..settings
-                },
-            ))
-        };
-        let (cases, settings): (Vec<usize>, Vec<Settings>) = waiting.filter_map(alone).unzip();
-        if !cases.is_empty() {
-            simulate_cases(
-                &Study::of_cases(settings),
-                &(0..cases.len()).collect::<Vec<_>>(),
-                threads,
-                &self.stop,
-                self.sampling_of_courses(),
-                |number, pass| self.take(cases[number], pass),
-                |_, _| ControlFlow::Continue(()),
-            )?;
-        }
-        let mut courses = self.courses.into_inner();
-        courses.sort_unstable_by_key(Course::case);
-        Ok(courses)
-    }
+/// Returns the recorder of a study's courses: at most [`MAX_COURSES`](super::MAX_COURSES), evenly
+/// spread over the grid. Brushes have none.
+#[must_use]
+pub fn course_recorder(study: &Study) -> CourseRecorder<'_> {
+    let cases = if study.has_brush() {
+        Vec::new()
+    } else {
+        Selection::with_course(study).cases
+    };
+    let sampling = if study.takes_turns() {
+        SAMPLING_OF_TURNS
+    } else {
+        SAMPLING
+    };
+    PassRecorder::new(study, cases, sampling, Course::new)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::ops::ControlFlow;
+
     use super::*;
     use bristle::model::parameters::Parameter;
     use bristle::model::settings::WorkpieceKind;
-    use bristle::simulation::{simulate, simulate_with};
-    use bristle_study::grid::{Sweep, VELOCITY, run_study};
+    use bristle::simulation::{Stop, simulate, simulate_with};
+    use bristle_study::grid::{CaseResult, Sweep, VELOCITY, run_study, simulate_cases};
     use bristle_study::input::document::Document;
 
     fn settings() -> Settings {
@@ -369,7 +254,7 @@ mod tests {
         );
         let study = Study::new(settings(), vec![velocities.expect("the values are right")])
             .expect("the study is right");
-        let recorder = Recorder::new(&study);
+        let recorder = course_recorder(&study);
         let results = run_study(&study, None, || {}).expect("the threads start");
         let take = |case, pass: &Simulation| recorder.take(case, pass);
         let same = |case: usize, result: CaseResult| {
@@ -391,7 +276,6 @@ mod tests {
             same,
         )
         .expect("the threads start");
-        assert_eq!(recorder.courses().len(), 2);
         let courses = recorder.finish(&results, None).expect("the threads start");
         let alone = (0..3).map(|case| {
             let settings = study.settings(case);

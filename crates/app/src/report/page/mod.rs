@@ -1,14 +1,18 @@
 //! `report.html`: a study as one self-contained page for a browser; `brush.html`: a brush.
 //!
-//! A study, its results and the courses of some cases ([`Recorder`]) go in; the text of the page
-//! comes out. It contains the data as JSON, the scripts that draw them, and their style. The same
-//! study gives the same bytes: the page contains neither dates nor durations.
+//! A study, its results and the courses of some cases ([`course_recorder`]) go in; the text of the
+//! page comes out. It contains the data as JSON, the scripts that draw them, and their style. The
+//! same study gives the same bytes: the page contains neither dates nor durations.
 
 use serde_json::{Value, json};
 
 use crate::insight::advice::{Answer, headline};
-use crate::insight::assumptions::{Assumption, Assumptions};
+use crate::insight::assumptions::Assumptions;
+use crate::insight::findings::Finding;
 use crate::insight::measured::Comparison;
+use crate::insight::quantity::{TOOL_FORCE, main_metric};
+use crate::store::method::method_of_study;
+use crate::store::results::Origin;
 use bristle::equations;
 use bristle::model::metrics::{Metrics, SWEEPING_RATIO, UNSTABLE_AMPLIFICATION, tool_force};
 use bristle::model::parameters::{PARAMETERS, Parameter};
@@ -17,8 +21,10 @@ use bristle::model::settings::Settings;
 use bristle::simulation::Statistics;
 use bristle_study::grid::brush::{Having, metric_columns};
 use bristle_study::grid::uncertainty::ForceScatter;
-use bristle_study::grid::{CaseResult, CaseSummary, Interaction, Study, Sweep};
+use bristle_study::grid::{CaseResult, CaseSummary, ForceSensitivity, Interaction, Study, Sweep};
+use bristle_study::input::measured::Measurement;
 use bristle_study::input::plausibility::{Unusual, unusual_in_study};
+use bristle_study::input::statement::Statement;
 use bristle_study::text::shown;
 
 mod brush;
@@ -31,7 +37,7 @@ mod selection;
 
 pub use brush::brush_page;
 pub use calibration::calibration_page;
-pub use course::{Course, Recorder};
+pub use course::{Course, CourseRecorder, course_recorder};
 pub use removal::removal_page;
 pub use selection::{MAX_CASES_SHOWN, MAX_COURSES};
 
@@ -57,23 +63,37 @@ const SCRIPT: &str = concat!(
 /// Longest name of a study in its page, in characters.
 const LONGEST_NAME: usize = 100;
 
-/// The page of a study. `name` is the name of the study, such as that of its input file; `results`
-/// has one result per case, in order; `assumptions` are the settings that the file leaves to their
-/// defaults, `comparisons` those with measured forces, and `answer` is what the file asks for.
+/// Contents of the report of a study besides its results.
+pub struct ReportContext<'a> {
+    /// Statement of the input file besides settings.
+    pub statement: &'a Statement,
+    /// The build that simulated the study.
+    pub origin: &'a Origin,
+    /// Settings that the file leaves to their defaults.
+    pub assumptions: &'a Assumptions,
+    /// The answer to what the file asks for.
+    pub answer: Option<&'a Answer>,
+    /// The forces with which the study is compared.
+    pub measured: &'a [Measurement],
+    /// Findings about the results.
+    pub findings: &'a [Finding],
+}
+
+/// The page of a study. `results` has one result per case, in order; `comparisons` are those with
+/// measured forces.
 #[must_use]
 pub fn page(
-    name: &str,
     study: &Study,
     results: &[CaseResult],
     courses: &[Course],
-    assumptions: &Assumptions,
     comparisons: &[Comparison],
-    answer: Option<&Answer>,
+    context: &ReportContext<'_>,
 ) -> String {
-    let name = &shown(name, LONGEST_NAME);
+    let name = &shown(&context.statement.title, LONGEST_NAME);
     let notes = Notes {
         unusual: &unusual_in_study(study),
-        assumptions,
+        findings: context.findings,
+        assumptions: context.assumptions,
     };
     let page = Page {
         title: &format!("{name}: brushing study"),
@@ -82,7 +102,8 @@ pub fn page(
                           <code>runs.csv</code> in the same directory.",
         sections: SECTIONS,
         notes,
-        data: data(name, study, results, courses, comparisons, answer),
+        method: &method_of_study(study, &context.origin.version),
+        data: data(name, study, results, courses, comparisons, context),
         script: SCRIPT,
     };
     page.framed()
@@ -93,6 +114,8 @@ pub fn page(
 pub struct Notes<'a> {
     /// What is unusual about them.
     pub unusual: &'a [Unusual],
+    /// Findings about the results.
+    pub findings: &'a [Finding],
     /// Those that the input file leaves to their defaults.
     pub assumptions: &'a Assumptions,
 }
@@ -102,6 +125,7 @@ impl Notes<'_> {
     fn data(&self) -> Value {
         json!({
             "warnings": self.unusual.iter().map(|unusual| &unusual.statement).collect::<Vec<_>>(),
+            "findings": self.findings,
             "assumptions": assumptions_data(self.assumptions),
         })
     }
@@ -118,6 +142,8 @@ struct Page<'a> {
     /// The sections before those that each page ends with.
     sections: &'a str,
     notes: Notes<'a>,
+    /// The method of the results, as plain text.
+    method: &'a str,
     /// What the script reads beside the notes.
     data: Value,
     script: &'static str,
@@ -132,6 +158,7 @@ impl Page<'_> {
             without_scripts,
             sections,
             notes,
+            method,
             mut data,
             script,
         } = self;
@@ -140,6 +167,7 @@ impl Page<'_> {
             ("subject", subject),
             ("without_scripts", without_scripts),
             ("sections", sections),
+            ("method", &escape_html(method)),
             ("data", &script_data(&data)),
             ("script", script),
         ];
@@ -259,7 +287,7 @@ fn data(
     results: &[CaseResult],
     courses: &[Course],
     comparisons: &[Comparison],
-    answer: Option<&Answer>,
+    context: &ReportContext<'_>,
 ) -> Value {
     let shown = Selection::shown(study);
     let axis = |(axis, positions): (&Sweep, &Vec<usize>)| {
@@ -309,10 +337,16 @@ fn data(
     // What interaction changes comes first.
     let metrics = headlines.into_iter().map(interaction).chain(metrics);
     // Without scatter there is no band, and inputs that do not scatter have no share.
-    let quantities: Vec<Value> = metrics
+    let mut quantities: Vec<Value> = metrics
         .chain(scatter.filter(tells))
         .chain(others.into_iter().map(interaction))
         .collect();
+    // The page opens with the first one.
+    let first = [main_metric(study, context.statement), TOOL_FORCE];
+    quantities.sort_by_key(|quantity| {
+        let place = first.iter().position(|key| quantity["key"] == *key);
+        place.unwrap_or(first.len())
+    });
     let statistics: Vec<Value> = Statistics::COLUMNS
         .iter()
         .map(|column| quantity(column, &summaries, |summary| Some(&summary.statistics)))
@@ -340,9 +374,9 @@ fn data(
     json!({
         "name": name,
         "headline": headline(study, results),
-        "answer": answer,
-        "version": env!("CARGO_PKG_VERSION"),
-        "equations": { "sha256": equations::FINGERPRINT, "maker": equations::MAKER },
+        "answer": context.answer,
+        "version": context.origin.version,
+        "equations": { "sha256": context.origin.equations, "maker": equations::MAKER },
         "cases": study.case_count(),
         "failed": results.iter().filter(|result| result.is_err()).count(),
         "axes": axes.collect::<Vec<_>>(),
@@ -362,8 +396,8 @@ fn data(
 
 /// The settings that are assumed, and what a change of each does.
 fn assumptions_data(assumptions: &Assumptions) -> Value {
-    let entry = |assumption: &Assumption| {
-        let &Assumption {
+    let entry = |assumption: &ForceSensitivity| {
+        let &ForceSensitivity {
             parameter,
             value,
             changed,

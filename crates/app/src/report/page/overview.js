@@ -67,6 +67,14 @@ class Grid {
     return places;
   }
 
+  /** The one of some cases that is the fewest positions away from a case; `undefined` if there is none. */
+  nearest(index, cases) {
+    const places = this.places(index);
+    const distance = (other) =>
+      this.places(other).reduce((sum, place, k) => sum + ((place - places[k]) / this.axes[k].values.length) ** 2, 0);
+    return cases.reduce((best, other) => (distance(other) < distance(best) ? other : best), cases[0]);
+  }
+
   /** The row of a case in `runs.csv`, below the heading, counted from 1. */
   row(index) {
     const places = this.places(index);
@@ -174,8 +182,7 @@ function createOverview(study, grid, open) {
   const [canvas, drawing] = [map.querySelector("canvas"), map.querySelector("svg")];
   /** The position on each axis of the case under the pointer, which also selects the slice. */
   const places = grid.axes.map((axis) => Math.floor((axis.values.length - 1) / 2));
-  // What is asked for is a force, or within limits of one.
-  let quantity = quantities.find(({ key }) => study.answer && key === FORCE) ?? quantities[0];
+  let quantity = quantities[0];
   let opened = null;
   let layout = null;
 

@@ -135,13 +135,15 @@ showHead();
 datePrints(study.version);
 showHeadline();
 showMeasured(study.measured);
-showNotes(study.notes);
+showNotes(study.notes, sentence);
 showSettings(study.settings, settingText);
 showSources();
-// Without an address: the case of the answer, or the middle of the study, or a case with a course.
+// Without an address: the case of the answer, or the one nearest to the middle of the study that has a course, or has not failed.
 const kept = study.courses.map(([index]) => index);
+const failed = new Set(study.errors.map(([index]) => index));
+const solved = [...indexOfRow.values()].filter((index) => !failed.has(index));
 const answered = study.answer?.rows.map((row) => indexOfRow.get(row)).find((index) => index !== undefined);
 const middle = grid.index(grid.axes.map(({ values }) => Math.floor(values.length / 2)));
 const asked = caseOfAddress();
-showCase(asked ?? answered ?? (kept.includes(middle) ? middle : (kept[Math.floor(kept.length / 2)] ?? middle)));
+showCase(asked ?? answered ?? grid.nearest(middle, kept.length > 0 ? kept : solved) ?? middle);
 if (asked !== null) goToCase({ behavior: "instant" });

@@ -29,17 +29,18 @@ function showSettings(settings, text) {
   byId("settings").replaceChildren(...tables);
 }
 
-/** Shows what a reader should know about the settings. */
-function showNotes({ warnings, assumptions }) {
-  showWarnings(warnings);
+/** Shows what a reader should know about settings and results; `prose` makes elements of a sentence. */
+function showNotes({ warnings, findings, assumptions }, prose) {
+  const ofSettings = warnings.map((warning) => [`Warning: ${warning.replaceAll("`", "")}`]);
+  const ofResults = findings.map(({ id, statement, help }) => [
+    element("code", {}, id),
+    ": ",
+    ...prose(help ? `${statement}. Help: ${help}.` : `${statement}.`),
+  ]);
+  const items = [...ofSettings, ...ofResults].map((content) => element("li", {}, ...content));
+  byId("warnings").hidden = items.length === 0;
+  byId("warnings").replaceChildren(...items);
   showAssumptions(assumptions);
-}
-
-/** Shows what is unusual about the settings. */
-function showWarnings(warnings) {
-  const list = byId("warnings");
-  list.hidden = warnings.length === 0;
-  list.replaceChildren(...warnings.map((warning) => element("li", {}, `Warning: ${warning.replaceAll("`", "")}`)));
 }
 
 /** Shows the settings that the input file leaves to their defaults or to a material, and what a change of each does to the tool force. */

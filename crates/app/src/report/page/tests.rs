@@ -3,6 +3,7 @@ use std::ops::Range;
 use serde_json::Value;
 
 use super::*;
+use crate::insight::findings::judge_study;
 use crate::insight::measured::compare;
 use crate::testing::brush;
 use bristle::model::parameters::PARAMETERS;
@@ -76,28 +77,41 @@ fn made_up(count: usize) -> Vec<CaseResult> {
     (0..count).map(|case| Ok(summary(case))).collect()
 }
 
-/// A page without assumptions.
+/// A page of a study that states nothing besides its cases.
 fn page_of(
     study: &Study,
     results: &[CaseResult],
     courses: &[Course],
     comparisons: &[Comparison],
 ) -> String {
-    let none = Assumptions::default();
-    page(
-        "study.toml",
-        study,
-        results,
-        courses,
-        &none,
-        comparisons,
-        None,
-    )
+    let statement = Statement {
+        title: "study.toml".to_owned(),
+        ..Statement::default()
+    };
+    page_with(&statement, study, results, courses, comparisons)
+}
+
+fn page_with(
+    statement: &Statement,
+    study: &Study,
+    results: &[CaseResult],
+    courses: &[Course],
+    comparisons: &[Comparison],
+) -> String {
+    let context = ReportContext {
+        statement,
+        origin: &Origin::here(),
+        assumptions: &Assumptions::default(),
+        answer: None,
+        measured: &[],
+        findings: &judge_study(study, results),
+    };
+    page(study, results, courses, comparisons, &context)
 }
 
 /// The courses of a study.
 fn courses(study: &Study, results: &[CaseResult]) -> Vec<Course> {
-    Recorder::new(study)
+    course_recorder(study)
         .finish(results, None)
         .expect("the threads start")
 }
@@ -121,8 +135,11 @@ fn hostile_text_stays_text() {
     let error = "</SCRIPT> <!-- stopped \u{2028}";
     let study = grid(1, 1);
     let results = [Err(error.to_owned())];
-    let none = Assumptions::default();
-    let page = page(name, &study, &results, &[], &none, &[], None);
+    let statement = Statement {
+        title: name.to_owned(),
+        ..Statement::default()
+    };
+    let page = page_with(&statement, &study, &results, &[], &[]);
     assert_eq!(
         page.matches("</script>").count(),
         2,
@@ -157,6 +174,54 @@ fn a_page_holds_all_that_it_uses() {
         );
     }
     assert!(text.contains(equations::FINGERPRINT));
+}
+
+#[test]
+fn a_page_opens_with_the_metric_that_matters_most() {
+    let first = |goal: Option<Value>, settings: Settings| {
+        let study = Study::new(settings, Vec::new()).expect("a study");
+        let statement = Statement {
+            goal: goal.and_then(|goal| goal.as_object().cloned()),
+            ..Statement::default()
+        };
+        let data = data_in(&page_with(&statement, &study, &made_up(1), &[], &[]));
+        data["quantities"][0]["key"].clone()
+    };
+    let alone = grid(1, 1).settings(0);
+    let mut brush = alone.clone();
+    brush.brush = Some(BrushSettings::default());
+    let mut pressed = alone.clone();
+    pressed.process.tool_force_n = Some(5.0);
+    assert_eq!(first(None, alone.clone()), "tool_contact_normal_force_n");
+    assert_eq!(first(None, brush), "tool_contact_normal_force_n");
+    assert_eq!(first(None, pressed), "penetration_depth_m");
+    let removal = json!({ "most": "removal" });
+    assert_eq!(first(Some(removal), alone.clone()), "sliding_work_j");
+    let force = json!({ "target_force_n": 5.0, "max_power_w": 1.0 });
+    assert_eq!(first(Some(force), alone), "tool_contact_normal_force_n");
+}
+
+#[test]
+fn findings_and_the_method_are_on_the_page() {
+    let study = grid(2, 2);
+    let mut results = made_up(4);
+    for result in results.iter_mut().flatten() {
+        result.statistics.unresolved_steps = 0;
+        result.metrics.laterally_unstable = false;
+    }
+    if let Ok(summary) = &mut results[2] {
+        summary.statistics.unresolved_steps = 7;
+    }
+    let page = page_of(&study, &results, &[], &[]);
+    let finding = &data_in(&page)["notes"]["findings"][0];
+    assert_eq!(
+        (&finding["id"], &finding["rows"]),
+        (&json!("B001"), &json!([3]))
+    );
+    assert!(page.contains(&escape_html(&method_of_study(
+        &study,
+        &Origin::here().version
+    ))));
 }
 
 #[test]

@@ -217,9 +217,9 @@ mod tests {
                 .expect_err(new)
                 .to_string()
         };
-        assert!(study_error("\"format\": 7", "\"format\": 1").contains("use the version"));
+        assert!(study_error("\"format\": 8", "\"format\": 1").contains("use the version"));
         assert!(
-            study_error("\"format\": 7", "\"format\": two").starts_with("study.json:2, column")
+            study_error("\"format\": 8", "\"format\": two").starts_with("study.json:2, column")
         );
         assert!(
             study_error("contact.stiffness_n_m", "contact.stifness_n_m").contains("no setting")

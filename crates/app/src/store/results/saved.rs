@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::store::digest::digest;
+use crate::store::method::method_of_study;
 use bristle_study::grid::uncertainty::check;
 use bristle_study::grid::{Study, Sweep, SweepText, ToolText};
 use bristle_study::input::plausibility::unusual_in_study;
@@ -16,7 +17,7 @@ use bristle_study::input::statement::Statement;
 use bristle_study::input::table::{AGAIN, DataError, Source};
 
 /// Versions of the formats of `study.json` and `case.json`.
-const STUDY_FORMAT: u32 = 7;
+const STUDY_FORMAT: u32 = 8;
 const CASE_FORMAT: u32 = 4;
 
 const IN_JSON: &str = "checked settings have a form in JSON";
@@ -103,6 +104,8 @@ struct StudyFile {
     statement: Statement,
     /// Findings about the results.
     findings: Vec<Value>,
+    /// Method of the results, as a paragraph.
+    method: String,
     /// Hash of all other keys. It reveals a change that would make figures and advice show results
     /// of other settings.
     own_sha256: String,
@@ -123,6 +126,7 @@ impl StudyFile {
             warnings,
             statement,
             findings,
+            method,
             own_sha256: _,
         } = self;
         json_digest(&(
@@ -137,6 +141,7 @@ impl StudyFile {
             warnings,
             statement,
             findings,
+            method,
         ))
     }
 }
@@ -249,6 +254,7 @@ pub fn study_text_from(
             .collect(),
         statement: statement.clone(),
         findings: findings.to_vec(),
+        method: method_of_study(study, &origin.version),
         own_sha256: String::new(),
     };
     file.own_sha256 = file.digest();

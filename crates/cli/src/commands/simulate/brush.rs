@@ -114,10 +114,6 @@ fn simulate_and_write(
     let metrics = result.tool.clone();
     let assumptions =
         Assumptions::of_contact(&settings, &document.unstated()).with_material(document.material());
-    let notes = Notes {
-        unusual: &unusual,
-        assumptions: &assumptions,
-    };
     let findings = job.told(judge_case(&JudgedCase {
         settings: &settings,
         asked_n: force_n,
@@ -127,11 +123,16 @@ fn simulate_and_write(
             interaction: Some(&Interaction::of(&result)),
         }),
     }));
+    let notes = Notes {
+        unusual: &unusual,
+        findings: &findings,
+        assumptions: &assumptions,
+    };
     let (metrics_text, table) =
         write_results(arguments, settings.clone(), result, notes, &figures)?;
     checkpoint.remove()?;
     if job.json {
-        print_result(&metrics_text, &findings)?;
+        print_result(&metrics_text, &findings, &settings)?;
     } else {
         show(table)?;
     }

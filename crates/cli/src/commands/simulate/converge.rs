@@ -8,7 +8,7 @@ use bristle_app::insight::convergence::{ConvergenceError, Plan, converge};
 use bristle_app::report::convergence::convergence_text;
 use bristle_app::report::figures::{convergence_figures, is_of_convergence};
 use bristle_app::run::convergence::{OF_CONVERGENCE, write_convergence};
-use bristle_app::run::{Means, RunError, StudyRun};
+use bristle_app::run::{RunContext, RunError, StudyRun};
 use bristle_study::grid::{CaseResult, Study};
 use bristle_study::input::plausibility::unusual;
 use bristle_study::text::layout::note;
@@ -102,7 +102,7 @@ fn simulate(arguments: &JobArgs, study: Study) -> Result<Vec<CaseResult>, CliErr
     let progress = Progress::begin(&run, |_| true, arguments.json);
     run.simulate(
         |_| true,
-        &Means {
+        &RunContext {
             resources,
             stop: &stop_on_interrupt(),
             observer: &progress,

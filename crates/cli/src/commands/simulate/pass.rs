@@ -161,7 +161,7 @@ pub fn run(
     let shown = if job.json {
         let mut metrics = Vec::new();
         write_metrics(&mut metrics, &contact.settings, &simulation)?;
-        print_result(&metrics, &findings)
+        print_result(&metrics, &findings, &contact.settings)
     } else {
         let assumptions = Assumptions::of_contact(&contact.settings, &document.unstated())
             .with_material(document.material());
