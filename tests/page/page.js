@@ -153,6 +153,8 @@ test("findings lead to their cases, and the method can be copied", visiting("pap
   const items = page.locator("#warnings li");
   assert.ok(findings.length > 0);
   assert.equal(await items.count(), data.notes.warnings.length + findings.length);
+  assert.ok((await items.last().textContent()).endsWith(`Help: ${findings.at(-1).help}.`));
+  assert.equal(await items.locator(".symbol").filter({ hasText: /^m$/ }).count(), 0, "keys are no symbols");
   const link = items.last().locator("a");
   const row = Number(await link.textContent());
   assert.ok(findings.at(-1).rows.includes(row));

@@ -141,7 +141,7 @@ mod tests {
                 &brush,
                 [
                     "TR-BDF2",
-                    "tolerance of the mean impulse is 0.01",
+                    "tolerance of the mean impulse is 0.003",
                     "k_l = 6e7 N/m²",
                     "Lagrange",
                     "Cite",

@@ -27,8 +27,8 @@ pub struct PassRecorder<'a, R> {
 }
 
 impl<'a, R: Send> PassRecorder<'a, R> {
-    /// Returns a recorder of these `cases`, counted from 0. `record` makes the record of a case from
-    /// its settings and its pass, sampled by `sampling`.
+    /// Returns a recorder of these `cases`, counted from 0. `record` makes the record of a case
+    /// from its settings and its pass, sampled by `sampling`.
     #[must_use]
     pub fn new(
         study: &'a Study,

@@ -35,7 +35,9 @@ function showNotes({ warnings, findings, assumptions }, prose) {
   const ofResults = findings.map(({ id, statement, help }) => [
     element("code", {}, id),
     ": ",
-    ...prose(help ? `${statement}. Help: ${help}.` : `${statement}.`),
+    ...prose(`${statement}.`),
+    // It has keys of the input file, which are no symbols.
+    help ? ` Help: ${help}.` : "",
   ]);
   const items = [...ofSettings, ...ofResults].map((content) => element("li", {}, ...content));
   byId("warnings").hidden = items.length === 0;
