@@ -14,7 +14,7 @@ Names are those of the input file (``docs/input.md``) and of the result files
 - One contact of one filament: `simulate`, `Contact`, `Shapes`, `Metrics`,
   `ContactMetrics`, `Statistics`, `Table`, `Tool`, `SimulationError`, `ResultWarning`
 - Filaments that touch each other: `brush`, `Brush`, `Frames`, `BrushMetrics`
-- Many cases: `study`, `Study`, `Advice`; on clusters, the module `bristle.distributed`
+- Many cases: `study`, `Study`, `Advice`, `PartialStudy`; on clusters, the module `bristle.distributed`
 - Numbers of segments and tolerances that are enough: `converge`, `Convergence`
 - Settings from measured forces, or from the radii of an edge: `calibrate`, `Calibration`
 - Edges that grow round, and filaments that wear: `wear`, `Removal`
@@ -41,7 +41,7 @@ from bristle._errors import (
 from bristle._metrics import BrushMetrics, ContactMetrics, Metrics, Statistics
 from bristle._removal import Removal, wear
 from bristle._settings import Settings, load
-from bristle._study import Advice, Study, study
+from bristle._study import Advice, PartialStudy, Study, study
 from bristle._table import Table
 from bristle._tool import Tool
 
@@ -68,6 +68,7 @@ __all__ = [
     "study",
     "Study",
     "Advice",
+    "PartialStudy",
     "converge",
     "Convergence",
     "calibrate",

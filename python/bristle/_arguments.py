@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from operator import index
@@ -82,6 +83,16 @@ def fixed(value: Any) -> Any:
     if isinstance(value, list):
         return tuple(fixed(item) for item in value)
     return value
+
+
+def path_or_none(name: str, value: str | PathLike[str] | None) -> str | None:
+    """A path that is not empty, or ``None``."""
+    return None if value is None else path(name, value)
+
+
+def of_json(text: str | None) -> Any:
+    """What a JSON text says, which cannot be changed; ``None`` without a text."""
+    return None if text is None else fixed(json.loads(text))
 
 
 def path(name: str, value: str | PathLike[str]) -> str:

@@ -6,7 +6,8 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from os import PathLike
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +20,11 @@ from bristle._metrics import BrushMetrics
 from bristle._progress import TellShare, of_share
 from bristle._settings import Settings, checked
 from bristle._table import Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from bristle._figure import Placed
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +75,12 @@ class Brush:
         return metrics
 
     @cached_property
+    def checked(self) -> Mapping[str, Any] | None:
+        """What ``check.json`` has: the metrics with more precision; ``None`` without ``check=True``."""
+        changes: Mapping[str, Any] | None = arguments.of_json(self._simulated.checked())
+        return changes
+
+    @cached_property
     def filaments(self) -> Table:
         """One row per filament with its metrics: ``filaments.csv``."""
         return Table(*self._simulated.filaments(), self._settings)
@@ -88,6 +100,41 @@ class Brush:
         """All filaments at equally spaced times."""
         return Frames(*self._simulated.frames())
 
+    def plot(self, *, time_s: float | None = None, ax: Placed = None) -> Figure:
+        """Force over time, and the filaments at one time, seen along the axis of the tool.
+
+        Args:
+            time_s: The time of the filaments in s, of which the nearest frame is drawn; by
+                default that of the largest force.
+            ax: Two axes of matplotlib to draw on; by default those of a new figure.
+
+        Returns:
+            The figure of the axes, which a notebook shows; matplotlib must be installed.
+
+        Raises:
+            ValueError: If the brush was simulated without frames.
+        """
+        from bristle._figure import beside, diagrams
+
+        history, frames = self.history, self.frames
+        if frames.times.size == 0:
+            raise ValueError("there are no frames to draw: simulate with `frames` of at least 1")
+        normal = history["contact_normal_force_n"]
+        asked = history["time_s"][normal.argmax()] if time_s is None else time_s
+        frame = int(np.abs(frames.times - asked).argmin())
+        figure, (force, scene) = diagrams(ax, 2, (7.5, 7.0))
+        time_ms, drawn_ms = 1e3 * history["time_s"], 1e3 * frames.times[frame]
+        force.plot(time_ms, normal, label="on the workpiece")
+        force.plot(time_ms, history["press_force_n"], label="between filaments")
+        force.axvline(drawn_ms, color="0.7", linewidth=0.8, label="filaments below")
+        force.set(xlabel="time in ms", ylabel="force of the sector in N")
+        beside(force)
+        for nodes in 1e3 * frames.nodes[frame]:
+            scene.plot(nodes[:, 0], nodes[:, 1], color="0.4", linewidth=0.8)
+        scene.set(xlabel="x in mm", ylabel="y in mm", aspect="equal")
+        scene.set_title(f"filaments at {drawn_ms:.3g} ms")
+        return figure
+
     def _repr_html_(self) -> str:
         return framed(self._simulated.page(self._settings.name), 900)
 
@@ -99,7 +146,7 @@ class Brush:
         return (_restored, (self._settings, self._simulated.state()))
 
 
-def _restored(settings: Settings, state: tuple[int, bytes, list[float]]) -> Brush:
+def _restored(settings: Settings, state: _bristle.BrushState) -> Brush:
     return Brush(settings, _bristle.SimulatedBrush.of_state(settings._input, state))
 
 
@@ -107,9 +154,12 @@ def brush(
     settings: Settings,
     *,
     threads: int | None = None,
+    out: str | PathLike[str] | None = None,
+    restart: bool = False,
+    check: bool = False,
+    progress: bool | TellShare = True,
     frames: int = 120,
     memory_bytes: int | None = None,
-    progress: bool | TellShare = True,
 ) -> Brush:
     """Simulates the filaments of the section ``[brush]``, as ``bristle simulate`` does.
 
@@ -118,20 +168,29 @@ def brush(
     Args:
         settings: What to simulate, with the section ``[brush]``.
         threads: Number of threads, by default one per core; changes no result.
-        frames: Number of times of `Brush.frames`, at most.
-        memory_bytes: Refuses a brush that needs more memory than this, in bytes.
+        out: A directory for the files of ``bristle simulate``, without figures, and for the
+            checkpoint, from which the same call goes on after Ctrl-C or a crash.
+        restart: Whether to discard the checkpoint of an earlier call.
+        check: Whether to simulate again at a quarter of the tolerance, for `Brush.checked`.
         progress: Whether to show progress, on a line of a terminal and elsewhere in a
             line now and then, or a function that is called with the share that is done.
+        frames: Number of times of `Brush.frames`, at most.
+        memory_bytes: Refuses a brush that needs more memory than this, in bytes.
 
     Raises:
-        SettingsError: If there is no such brush, or no steady stretch of columns.
+        SettingsError: If there is no such brush, no steady stretch of columns, or ``out`` has a
+            checkpoint that cannot be used.
         SimulationError: If a step is not possible.
+        OSError: If a file cannot be written.
     """
     checked_input = checked(settings)
     threads = arguments.whole_or_none("threads", threads, 1)
     frames = arguments.whole("frames", frames, 0, arguments.MOST_TIMES)
     memory = arguments.whole_or_none("memory_bytes", memory_bytes, 0)
+    place = arguments.path_or_none("out", out)
     with of_share(progress, "the brush") as tell:
-        simulated = _bristle.brush(checked_input, threads, frames, memory, tell)
+        simulated = _bristle.brush(
+            checked_input, (threads, memory), frames, (place, restart, check), tell
+        )
     warn_of(simulated)
     return Brush(settings, simulated)

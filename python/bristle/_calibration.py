@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -22,11 +22,11 @@ from bristle._table import Column, Table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_SPEEDS = ("brushing_velocity_m_s", "rotational_speed_rpm")
-_DEPTH = "penetration_depth_m"
-_FORCES = ("force_n", "tangential_force_n", "torque_n_m", "power_w")
-_STDS = ("std_n", "tangential_force_std_n", "torque_std_n_m", "power_std_w")
-_RADII = ("time_s", "turns", "edge_radius_m", "edge_radius_std_m")
+    from bristle._figure import Placed
+
+_MISSING = {"nan", "None", "<NA>", "NaT"}
+"""Texts of values that are missing, of which pandas has several."""
+
 _UNITS = {
     "time_s": "s",
     "brushing_velocity_m_s": "m/s",
@@ -35,16 +35,34 @@ _UNITS = {
 }
 
 
-class Calibration:
+class Calibration(Mapping[str, "float | None"]):
     """Settings that were fitted to measured forces or radii, from `calibrate`.
 
-    Printed, it is the text of ``bristle calibrate``.
+    It maps the dotted path of each fitted setting to its value in its SI unit, which is ``None``
+    if it is not determined. Printed, it is the text of ``bristle calibrate``.
     """
 
-    def __init__(self, settings: Settings, record: Mapping[str, Any], text: str) -> None:
+    def __init__(
+        self,
+        settings: Settings,
+        record: Mapping[str, Any],
+        text: str,
+        change_when_checked: float | None = None,
+    ) -> None:
         self._stated = settings
         self._record = record
         self._text = text
+        self._change_when_checked = change_when_checked
+
+    def __getitem__(self, key: str) -> float | None:
+        value: float | None = self._of_each("value")[key]
+        return value
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._of_each("value"))
+
+    def __len__(self) -> int:
+        return len(self._record["parameters"])
 
     @property
     def record(self) -> Mapping[str, Any]:
@@ -52,14 +70,10 @@ class Calibration:
         return self._record
 
     @property
-    def keys(self) -> list[str]:
-        """Dotted paths of the fitted settings."""
-        return [parameter["key"] for parameter in self._record["parameters"]]
-
-    @property
-    def values(self) -> dict[str, float | None]:
-        """The value of each setting, in its SI unit; ``None`` if it is not determined."""
-        return self._of_each("value")
+    def change_when_checked(self) -> float | None:
+        """By how much what was fitted changes at most with more precision, over itself; ``None``
+        without ``check=True``."""
+        return self._change_when_checked
 
     @property
     def standard_errors(self) -> dict[str, float | None]:
@@ -77,12 +91,12 @@ class Calibration:
 
     @cached_property
     def covariance(self) -> npt.NDArray[np.float64]:
-        """Of the values, in the order of `Calibration.keys`."""
+        """Of the values, in the order of the settings."""
         return np.array(self._record["covariance"], dtype=float)
 
     @cached_property
     def correlations(self) -> npt.NDArray[np.float64]:
-        """Of the values, in the order of `Calibration.keys`."""
+        """Of the values, in the order of the settings."""
         return np.array(self._record["correlations"], dtype=float)
 
     @property
@@ -117,16 +131,16 @@ class Calibration:
         if self.undetermined:
             raise ValueError(
                 "; ".join(self.undetermined)
-                + ": `Calibration.values` has what is determined"
+                + ": `dict(calibration)` has what is determined"
             )
         sections: dict[str, dict[str, Any]] = {}
-        for key, value in self.values.items():
+        for key, value in self.items():
             section, _, name = key.partition(".")
             sections.setdefault(section, {})[name] = value
         if self.square_root is None:
             sections["uncertainty"] = {
                 "calibration": {
-                    "settings": self.keys,
+                    "settings": list(self),
                     "standard_errors": list(self.standard_errors.values()),
                     "correlations": self._record["correlations"],
                 }
@@ -143,28 +157,32 @@ class Calibration:
         units = {name: _UNITS.get(name, "") for name in columns}
         return Table(columns, units, self._stated)
 
-    def plot(self) -> Figure:
-        """Measured over fitted forces, a diagram for each quantity, or radii over time; matplotlib must be installed.
+    def plot(self, *, ax: Placed = None) -> Figure:
+        """Measured over fitted forces, a diagram for each quantity, or radii over time.
+
+        Args:
+            ax: Axes of matplotlib to draw on, as many as there are diagrams; by default those of
+                a new figure.
 
         Returns:
-            A figure that is not shown; a notebook shows it by itself.
+            The figure of the axes, which a notebook shows; matplotlib must be installed.
         """
-        from matplotlib.figure import Figure
+        from bristle._figure import beside, diagrams
 
         table = self.residuals
         if self.square_root is not None:
-            return _over_time(table)
+            return _over_time(table, ax)
         quantities = list(dict.fromkeys(table["quantity"].tolist()))
-        figure = Figure(figsize=(5.0 * len(quantities), 4.5), layout="constrained")
-        for position, quantity in enumerate(quantities, start=1):
+        size = (6.0 * len(quantities), 4.5)
+        figure, all_axes = diagrams(ax, len(quantities), size, side_by_side=True)
+        for axes, quantity in zip(all_axes, quantities, strict=True):
             rows = table["quantity"] == quantity
             fitted, measured = table["fitted"][rows], table["measured"][rows]
-            axes = figure.add_subplot(1, len(quantities), position)
             ends = [float(min(fitted)), float(max(fitted))]
             axes.plot(ends, ends, color="0.5", linewidth=1, label="measured = fitted")
             axes.errorbar(fitted, measured, table["std"][rows], fmt="s", mfc="none", capsize=3)
             axes.set(xlabel=f"fitted {quantity}", ylabel=f"measured {quantity}")
-            axes.legend()
+        beside(all_axes[-1])
         return figure
 
     def __str__(self) -> str:
@@ -174,12 +192,11 @@ class Calibration:
         return self._text
 
 
-def _over_time(table: Table) -> Figure:
+def _over_time(table: Table, ax: Placed) -> Figure:
     """Measured and fitted radii over time."""
-    from matplotlib.figure import Figure
+    from bristle._figure import beside, diagrams
 
-    figure = Figure(figsize=(6.0, 4.5), layout="constrained")
-    axes = figure.add_subplot()
+    figure, [axes] = diagrams(ax, 1, (7.5, 4.5))
     time = table["time_s"]
     axes.errorbar(
         time, 1e3 * table["measured"], 1e3 * table["std"], fmt="s", mfc="none", capsize=3, label="measured"
@@ -187,7 +204,7 @@ def _over_time(table: Table) -> Figure:
     axes.plot(time, 1e3 * table["fitted"], label="fitted")
     axes.plot(time, 1e3 * table["square_root"], color="0.5", linewidth=1, label="square root of time")
     axes.set(xlabel="time in s", ylabel="radius of the edge in mm", ylim=(0.0, None))
-    axes.legend()
+    beside(axes)
     return figure
 
 
@@ -201,25 +218,34 @@ def calibrate(
     max_depth_m: float | None = None,
     threads: int | None = None,
     out: str | PathLike[str] | None = None,
+    restart: bool = False,
+    check: bool = False,
     progress: bool | TellShare = True,
 ) -> Calibration:
     """Fits settings to measured forces, or to the radii of an edge over time, as ``bristle calibrate`` does.
 
     Args:
         settings: The brush. Velocity and depth are those of the points, or of the settings if radii are measured.
-        measured: A data frame, or columns by their names: ``brushing_velocity_m_s`` or
+        measured: A data frame, or columns by their headings, as the program reads them from a
+            file: ``brushing_velocity_m_s`` or
             ``rotational_speed_rpm``, ``penetration_depth_m``, and at least one of ``force_n``,
             ``tangential_force_n``, ``torque_n_m``, ``power_w``, with standard deviations ``std_n``,
             ``tangential_force_std_n``, ``torque_std_n_m``, ``power_std_w``. For
             ``removal.preston_m2_n`` and ``workpiece.edge_radius_m``: ``time_s`` or ``turns``, which
-            increase, ``edge_radius_m`` and its standard deviation ``edge_radius_std_m``.
+            increase, ``edge_radius_m`` and its standard deviation ``edge_radius_std_m``. Other
+            units end the heading, as in ``penetration_depth_mm``; the section ``[measured]`` of
+            the settings may name other headings. Further columns are left out.
         fit: Dotted paths of settings, or these with their ranges; ``None`` is the usual range.
         relative_std: Standard deviation over the value, of what has none of its own.
         max_rotational_speed_rpm: Largest speed at which can be measured next, in rpm.
         max_depth_m: Largest depth at which can be measured next, in m.
         threads: Number of threads, by default one per core; changes no result.
         out: A directory for the files of ``bristle calibrate``, without figures of their own:
-            ``calibrated.toml``, ``calibration.json``, ``residuals.csv``, ``calibration.html``.
+            ``calibrated.toml``, ``calibration.json``, ``residuals.csv``, ``calibration.html``. With
+            ``[brush]`` the same call goes on from its journal after Ctrl-C or a crash.
+        restart: Whether to discard the journal of an earlier call.
+        check: Whether to simulate again with more precision at the values found, for
+            `Calibration.change_when_checked`.
         progress: Whether to show progress, or a function that is called with the share that is
             done.
 
@@ -234,24 +260,30 @@ def calibrate(
     ]
     reach = (max_rotational_speed_rpm, max_depth_m)
     threads = arguments.whole_or_none("threads", threads, 1)
-    place = None if out is None else arguments.path("out", out)
+    place = arguments.path_or_none("out", out)
+    table = (_table(measured), [str(name) for name in measured], relative_std)
+    means = (threads, place, restart, check)
     with of_share(progress, "the calibration") as tell:
-        record, text = _bristle.calibrate(
-            checked(settings), (_table(measured), relative_std), options, reach, (threads, place), tell
+        record, text, change = _bristle.calibrate(
+            checked(settings), table, options, reach, means, tell
         )
-    return Calibration(settings, json.loads(record), text)
+    return Calibration(settings, json.loads(record), text, change)
 
 
 def _table(measured: Mapping[str, Any]) -> str:
-    """The text of a table of measured forces or radii. What is not a number is left empty."""
-    names = [name for name in (*_SPEEDS, _DEPTH, *_FORCES, *_STDS, *_RADII) if name in measured]
-    columns = [np.asarray(measured[name], dtype=float).ravel() for name in names]
-    sizes = {column.size for column in columns}
+    """The text of a table with all columns. What is not a number is left empty."""
+    columns = {str(name): _cells(measured[name]) for name in measured}
+    sizes = {len(column) for column in columns.values()}
     if len(sizes) > 1:
         raise ValueError(f"the columns of `measured` have different lengths: {sorted(sizes)}")
     text = io.StringIO()
     writer = csv.writer(text)
-    writer.writerow(names)
-    rows = zip(*columns, strict=True) if columns else ()
-    writer.writerows(["" if np.isnan(cell) else repr(float(cell)) for cell in row] for row in rows)
+    writer.writerow(columns)
+    writer.writerows(zip(*columns.values(), strict=True))
     return text.getvalue()
+
+
+def _cells(column: Any) -> list[str]:
+    """The cells of a column, without those that are masked, missing or NaN."""
+    cells = [str(value) for value in np.ma.asarray(column).ravel().tolist()]
+    return ["" if cell in _MISSING else cell for cell in cells]

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +24,8 @@ from bristle._tool import Tool, checked_tool, with_own_speed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from bristle._figure import Placed
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +91,12 @@ class Contact:
         return metrics
 
     @cached_property
+    def checked(self) -> Mapping[str, Any] | None:
+        """What ``check.json`` has: the metrics with more precision; ``None`` without ``check=True``."""
+        changes: Mapping[str, Any] | None = arguments.of_json(self._simulated.checked())
+        return changes
+
+    @cached_property
     def statistics(self) -> Statistics:
         """The work of the solver."""
         statistics: Statistics = arguments.fixed(self._simulated.statistics())
@@ -97,9 +106,14 @@ class Contact:
     def history(self) -> Table:
         """Forces, deflection, tip and energies over time: ``history.csv``.
 
-        One row per sample; ``docs/results.md`` lists the columns.
+        One row per sample; ``docs/results.md`` lists the columns. The angle of the body of a
+        `Tool` is that of its clamp about ``z``.
         """
-        return Table(*self._simulated.history(), self._settings, self._tool)
+        columns, units = self._simulated.history()
+        if self._tool is not None:
+            angles = self._tool._body_angle_rad(columns["base_angle_rad"])
+            columns = {**columns, "base_angle_rad": angles}
+        return Table(columns, units, self._settings, self._tool)
 
     @cached_property
     def profile(self) -> Table:
@@ -114,17 +128,18 @@ class Contact:
         """The filament at equally spaced times."""
         return Shapes(*self._simulated.shapes())
 
-    def plot(self) -> Figure:
+    def plot(self, *, ax: Placed = None) -> Figure:
         """Force and deflection over time, and the filament while it touches.
 
-        Returns:
-            A figure of matplotlib, which must be installed.
-        """
-        from matplotlib import pyplot
+        Args:
+            ax: Three axes of matplotlib to draw on; by default those of a new figure.
 
-        figure, (force, deflection, scene) = pyplot.subplots(
-            3, 1, figsize=(7.0, 8.0), constrained_layout=True
-        )
+        Returns:
+            The figure of the axes, which a notebook shows; matplotlib must be installed.
+        """
+        from bristle._figure import diagrams
+
+        figure, (force, deflection, scene) = diagrams(ax, 3, (7.0, 8.0))
         history = self.history
         time_ms = 1e3 * history["time_s"]
         force.plot(time_ms, history["contact_normal_force_n"])
@@ -168,7 +183,11 @@ def simulate(
     samples: int | None = None,
     shapes: int = 301,
     tool: Tool | None = None,
-    progress: bool | TellShare = False,
+    threads: int | None = None,
+    out: str | PathLike[str] | None = None,
+    restart: bool = False,
+    check: bool = False,
+    progress: bool | TellShare = True,
 ) -> Contact:
     """Simulates the contact of one filament, as ``bristle simulate`` does.
 
@@ -186,16 +205,26 @@ def simulate(
             any there is no `Contact.profile` either.
         shapes: Number of equally spaced times of `Contact.shapes`.
         tool: A tool in place of the round one. The workpiece lies as the settings say,
-            at the depth of the round tool.
+            at the depth of the round tool. Files of results have the round tool only.
+        threads: One contact takes one thread, however many there may be.
+        out: A directory for the files of ``bristle simulate``, without figures.
+        restart: A contact keeps nothing from which another call would go on.
+        check: Whether to simulate again at a tenth of the tolerance, for `Contact.checked`.
         progress: Whether to show progress, on a line of a terminal and elsewhere in a
             line now and then, or a function that is called with the share that is done.
 
     Raises:
         SettingsError: If the settings leave velocity or depth to a study.
         SimulationError: If the integration cannot continue.
+        ValueError: If both ``tool`` and ``out`` are given.
+        OSError: If a file cannot be written.
     """
     checked_input = checked(settings)
     sampled = checked_tool(tool)
+    arguments.whole_or_none("threads", threads, 1)
+    place = arguments.path_or_none("out", out)
+    if tool is not None and place is not None:
+        raise ValueError("files of results state no `tool=`: leave out `out`")
     samples = (
         settings.solver["samples"]
         if samples is None
@@ -203,6 +232,8 @@ def simulate(
     )
     shapes = arguments.whole("shapes", shapes, 0, arguments.MOST_TIMES)
     with of_share(progress, "the contact") as tell:
-        simulated = _bristle.simulate(checked_input, samples, shapes, sampled, tell)
+        simulated = _bristle.simulate(
+            checked_input, samples, shapes, sampled, (place, check), tell
+        )
     warn_of(simulated)
     return Contact(settings, simulated, tool)

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from bristle._figure import Placed
+
 _MOST_CURVES = 10
 """The most curves of a diagram, as many as matplotlib has colours."""
 
@@ -56,6 +58,7 @@ def drawn(
     axes: Mapping[str, Column],
     descriptions: Mapping[str, Description],
     metric: str,
+    ax: Placed,
 ) -> Figure:
     """A metric as curves over the longest axis, or as a map of two axes that are long."""
     metrics = [
@@ -93,18 +96,20 @@ def drawn(
         grid = values.reshape([side.values.size for side in sides])
         return grid[np.ix_(*(side.positions for side in sides))].transpose(ranked)
 
-    from matplotlib import pyplot
+    from bristle._figure import beside, diagrams
 
-    figure, diagram = pyplot.subplots(constrained_layout=True)
+    figure, [diagram] = diagrams(ax, 1, (7.5, 4.5))
     label = _label(descriptions[metric])
     diagram.set(xlabel=over.label, ylabel=others[0].label if is_map else label)
     if is_map:
         mesh = diagram.pcolormesh(over.values, others[0].values, on_grid(metric).T)
-        figure.colorbar(mesh, label=label)
+        figure.colorbar(mesh, ax=diagram, label=label)
     else:
         has_band = metric == _FORCE and _BAND[0] in runs
         columns = [metric, *_BAND] if has_band else [metric]
         _draw_curves(diagram, over, others, [on_grid(name) for name in columns])
+        if others:
+            beside(diagram, ", ".join(side.label for side in others))
     return figure
 
 
@@ -148,5 +153,3 @@ def _draw_curves(
                 axes.vlines(at, lower, upper, color=line.get_color(), alpha=0.4)
     if not over.has_names and 0.0 < _DECADES * over.values[0] <= over.values[-1]:
         axes.set_xscale("log")
-    if others:
-        axes.legend(title=", ".join(side.label for side in others))

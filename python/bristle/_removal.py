@@ -16,6 +16,8 @@ from bristle._table import Column, Table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from bristle._figure import Placed
+
 _Columns = tuple[Mapping[str, Column], Mapping[str, str]]
 
 
@@ -106,16 +108,25 @@ class Removal:
         """By how much the radius changed at most as the simulated radii were doubled, over itself."""
         return float(self._numbers["change_when_refined"])
 
-    def plot(self) -> Figure:
-        """The radius over time, with the radii that were simulated; matplotlib must be installed.
+    @property
+    def change_when_checked(self) -> float | None:
+        """By how much radius, time and coefficient change at most with more precision, over
+        themselves; ``None`` without ``check=True``."""
+        change: float | None = self._numbers["change_when_checked"]
+        return change
+
+    def plot(self, *, ax: Placed = None) -> Figure:
+        """The radius over time, with the radii that were simulated.
+
+        Args:
+            ax: Axes of matplotlib to draw on; by default those of a new figure.
 
         Returns:
-            A figure that is not shown; a notebook shows it by itself.
+            The figure of the axes, which a notebook shows; matplotlib must be installed.
         """
-        from matplotlib.figure import Figure
+        from bristle._figure import beside, diagrams
 
-        figure = Figure(figsize=(6.0, 4.5), layout="constrained")
-        axes = figure.add_subplot()
+        figure, [axes] = diagrams(ax, 1, (7.5, 4.5))
         time, history = self._history["time_s"], self._history
         if "edge_radius_lower_95_m" in history:
             low, high = (1e3 * history[f"edge_radius_{end}_95_m"] for end in ("lower", "upper"))
@@ -129,7 +140,7 @@ class Removal:
             if reached.size > 0:
                 axes.plot(reached[0], 1e3 * radius, "s", mfc="none", color="C1")
         axes.set(xlabel="time in s", ylabel="radius of the edge in mm", ylim=(0.0, None))
-        axes.legend()
+        beside(axes)
         return figure
 
     def __str__(self) -> str:
@@ -144,6 +155,8 @@ def wear(
     *,
     threads: int | None = None,
     out: str | PathLike[str] | None = None,
+    restart: bool = False,
+    check: bool = False,
     progress: bool | TellShare = True,
 ) -> Removal:
     """Follows an edge that grows round and filaments that wear, as ``bristle wear`` does.
@@ -154,6 +167,9 @@ def wear(
         threads: Number of threads, by default one per core; changes no result.
         out: A directory for the files of ``bristle wear``, without figures of their own:
             ``removal.csv``, ``edge_work.csv``, ``removal.html``.
+        restart: A removal keeps nothing from which another call would go on.
+        check: Whether to follow the edge again, with passes at a tenth of their tolerance, for
+            `Removal.change_when_checked`.
         progress: Whether to show progress, or a function that is called with the share of the
             present batch of passes that is done.
 
@@ -162,9 +178,9 @@ def wear(
         OSError: If a file cannot be written.
     """
     threads = arguments.whole_or_none("threads", threads, 1)
-    place = None if out is None else arguments.path("out", out)
+    place = arguments.path_or_none("out", out)
     with of_share(progress, "the removal") as tell:
-        found = _bristle.wear(checked(settings), (threads, place), tell)
+        found = _bristle.wear(checked(settings), (threads, place, check), tell)
     history, edge_work, numbers, text, warnings = found
     warn_of_all(warnings)
     return Removal(settings, history, edge_work, numbers, text)

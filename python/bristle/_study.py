@@ -25,21 +25,28 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from bristle._figure import Placed
 
-class Advice:
+
+class Advice(Mapping[str, Any]):
     """The cases of a study that suit a process best, from `Study.advise`.
 
-    Printed, it is the text of ``bristle advise``.
+    It has the keys and values that ``bristle advise --json`` prints, in SI units. Printed, it is
+    the text of ``bristle advise``.
     """
 
-    def __init__(self, text: str, values: Mapping[str, Any]) -> None:
+    def __init__(self, text: str, content: Mapping[str, Any]) -> None:
         self._text = text
-        self._values = values
+        self._content = content
 
-    @property
-    def values(self) -> Mapping[str, Any]:
-        """What ``bristle advise --json`` prints, in SI units."""
-        return self._values
+    def __getitem__(self, key: str) -> Any:
+        return self._content[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._content)
+
+    def __len__(self) -> int:
+        return len(self._content)
 
     def __str__(self) -> str:
         return self._text
@@ -162,7 +169,9 @@ class Study:
             attributes(self._settings, self._tool),
         )
 
-    def plot(self, metric: str = "tool_contact_normal_force_n") -> Figure:
+    def plot(
+        self, metric: str = "tool_contact_normal_force_n", *, ax: Placed = None
+    ) -> Figure:
         """A column of `Study.runs` over the grid, in the units of the program's figures.
 
         It is drawn over the longest axis, with one curve for each combination of the
@@ -171,14 +180,15 @@ class Study:
 
         Args:
             metric: The name of a column of numbers.
+            ax: Axes of matplotlib to draw on; by default those of a new figure.
 
         Returns:
-            A figure of matplotlib, which must be installed.
+            The figure of the axes, which a notebook shows; matplotlib must be installed.
 
         Raises:
             ValueError: If there is no such column, or too many curves.
         """
-        return drawn(self.runs, self._axes, self._descriptions, metric)
+        return drawn(self.runs, self._axes, self._descriptions, metric, ax)
 
     def report(self, path: str | PathLike[str]) -> None:
         """Writes the page of the study, as ``bristle study`` does to ``report.html``.
@@ -241,8 +251,8 @@ class Study:
             for key, value in limits.items()
             if value is not None
         }
-        text, values = self._simulated.advise(given, verify)
-        return Advice(text, arguments.fixed(json.loads(values)))
+        text, content = self._simulated.advise(given, verify)
+        return Advice(text, arguments.of_json(content))
 
     def _require_round(self, what: str) -> None:
         if self._tool is not None:
@@ -256,8 +266,71 @@ def _restored(settings: Settings, state: tuple[str, str], tool: Tool | None) -> 
     return Study(settings, _bristle.SimulatedStudy.of_state(state), tool)
 
 
-_unread: dict[tuple[Settings, Tool | None], _bristle.PendingStudy] = {}
-"""Studies without ``out`` of calls that ended early, with the results so far."""
+class PartialStudy:
+    """A study that ended early, with the results so far: ``study`` of the exception.
+
+    >>> import bristle
+    >>> def stop(done, total, failed):
+    ...     if done > 0:
+    ...         raise KeyboardInterrupt
+    >>> try:
+    ...     bristle.study(
+    ...         bristle.Settings.paper(10.0, 1e-3), {"filament.segments": [4, 5]}, progress=stop
+    ...     )
+    ... except KeyboardInterrupt as error:
+    ...     study = error.study.resume()
+    >>> study.failures
+    0
+    """
+
+    def __init__(
+        self, settings: Settings, running: _bristle.PendingStudy, tool: Tool | None = None
+    ) -> None:
+        self._settings = settings
+        self._running = running
+        self._tool = tool
+
+    @property
+    def settings(self) -> Settings:
+        """What is simulated; `Settings.sweep` has the sweeps."""
+        return self._settings
+
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        """The numbers of cases that are done, of all cases, and of those that failed."""
+        return self._running.counts()
+
+    def resume(
+        self, *, threads: int | None = None, progress: bool | TellCases = True
+    ) -> Study:
+        """Simulates the cases that have no result yet.
+
+        Args:
+            threads: Number of threads, by default one per core; changes no result.
+            progress: As for :func:`bristle.study`.
+        """
+        threads = arguments.whole_or_none("threads", threads, 1)
+        with self.kept(), of_cases(progress) as tell:
+            simulated = self._running.finish(threads, tell)
+            warn_of(simulated)
+        return Study(self._settings, simulated, self._tool)
+
+    @contextmanager
+    def kept(self) -> Iterator[_bristle.PendingStudy]:
+        """The study while it is simulated, which becomes part of an exception that ends this."""
+        try:
+            yield self._running
+        except BaseException as error:
+            done, total, _ = self.counts
+            error.study = self  # type: ignore[attr-defined]
+            error.add_note(
+                f"{done} of {total} cases are done: `study.resume()` of this exception goes on"
+            )
+            raise
+
+    def __repr__(self) -> str:
+        done, total, _ = self.counts
+        return f"<PartialStudy: {done} of {total} cases>"
 
 
 @contextmanager
@@ -265,35 +338,29 @@ def pending(
     settings: Settings,
     checked: _bristle.Input,
     *,
-    out: str | PathLike[str] | None,
-    restart: bool,
+    files: tuple[str | PathLike[str] | None, bool, bool],
     threads: int | None,
     memory_bytes: int | None,
     tool: Tool | None = None,
 ) -> Iterator[_bristle.PendingStudy]:
-    """A study with the results of an earlier call, from the journal of ``out`` or memory.
+    """A study with the results in the journal of ``out``, if it has one.
 
-    Without ``out``, the results stay in memory if the block ends with an exception.
+    Without ``out``, the study becomes part of an exception that ends the block.
     """
-    key = (settings, tool)
-    directory = None if out is None else arguments.path("out", out)
-    earlier = _unread.pop(key, None) if directory is None else None
-    if earlier is None or restart:
-        sampled = None if tool is None else tool._sampled
-        earlier = _bristle.PendingStudy(
-            checked, directory, restart, threads, memory_bytes, sampled
-        )
+    out, restart, check = files
+    place = arguments.path_or_none("out", out)
+    sampled = None if tool is None else tool._sampled
+    running = _bristle.PendingStudy(
+        checked, (place, restart, check), threads, memory_bytes, sampled
+    )
+    if place is None:
+        with PartialStudy(settings, running, tool).kept():
+            yield running
+        return
     try:
-        yield earlier
-    except BaseException as error:
-        done, total, _ = earlier.counts() if directory is None else (0, 0, 0)
-        if done > 0:
-            _unread[key] = earlier
-            error.add_note(f"{done} of {total} cases are kept: the same call goes on")
-        else:
-            earlier.close()
-        raise
-    earlier.close()
+        yield running
+    finally:
+        running.close()
 
 
 def swept(settings: Settings, sweep: Section | None) -> Settings:
@@ -311,15 +378,15 @@ def study(
     threads: int | None = None,
     out: str | PathLike[str] | None = None,
     restart: bool = False,
+    check: bool = False,
     progress: bool | TellCases = True,
     memory_bytes: int | None = None,
     tool: Tool | None = None,
 ) -> Study:
     """Simulates all combinations of the swept values, as ``bristle study`` does.
 
-    Other threads of Python go on meanwhile. Ctrl-C stops it; the same call goes on from
-    the cases that are done. With ``out`` they are in the journal, without it in memory,
-    until a call returns the study.
+    Other threads of Python go on meanwhile. Ctrl-C stops it. With ``out`` the same call goes
+    on from the journal; without it the exception has a `PartialStudy` as ``study``.
 
     >>> import bristle
     >>> depths = [1e-3, 2e-3]
@@ -337,6 +404,8 @@ def study(
         out: Directory for ``runs.csv``, ``study.json``, ``report.html`` and the journal,
             with the same bytes as by the program.
         restart: Whether to discard the results of an earlier call.
+        check: Whether to simulate each case again with more precision, for the column
+            ``change_when_checked``.
         progress: Whether to show progress, on a line of a terminal and elsewhere in a
             line now and then, or a function that is called with the numbers of cases
             that are done, of all, and of those that failed.
@@ -361,8 +430,7 @@ def study(
         pending(
             settings,
             checked,
-            out=out,
-            restart=restart,
+            files=(out, restart, check),
             threads=threads,
             memory_bytes=memory_bytes,
             tool=tool,

@@ -99,7 +99,8 @@ class Tool:
         Args:
             settings: State the radius of the body and the tilt of the filaments.
             speed: Speed in any unit, at k equally spaced times 0, 1/k, … (k - 1)/k of a
-                turn, of the shape (k,); or a function that takes an array of such times.
+                turn, of the shape (k,); or a function that takes an array of such times and
+                returns as many values, or one for all of them.
                 At time 0 the filament points along ``x``; a plane below the tool is three
                 quarters of a turn away.
 
@@ -110,8 +111,12 @@ class Tool:
         """
         require(settings)
         if callable(speed):
-            speed = speed(np.arange(_FEWEST_SAMPLES) / _FEWEST_SAMPLES)
-        values = arguments.floats("speed", speed)
+            times = np.arange(_FEWEST_SAMPLES) / _FEWEST_SAMPLES
+            values = arguments.floats("speed", speed(times))
+            if values.ndim == 0:
+                values = np.broadcast_to(values, times.shape)
+        else:
+            values = arguments.floats("speed", speed)
         most = _MOST_SAMPLES // _PER_SPEED
         if values.ndim != 1 or not 3 <= values.size <= most:
             raise ValueError(
@@ -142,6 +147,23 @@ class Tool:
         """Along which it is clamped, of the shape (k, 3)."""
         return self._direction
 
+    def _body_angle_rad(self, phase_rad: Floats) -> Floats:
+        """Angle of the clamp about ``z``, unwrapped, at phases of the turn, both in rad."""
+        count = len(self._position)
+        terms = [np.fft.rfft(self._position[:, axis]) for axis in (0, 1)]
+
+        def azimuth(phase: Floats) -> Floats:
+            x, y = (_series(each, count, phase) for each in terms)
+            return np.arctan2(y, x)
+
+        turn = np.linspace(0.0, 2.0 * pi, max(_FEWEST_SAMPLES, _PER_SPEED * count) + 1)
+        along = np.unwrap(azimuth(turn))
+        turns, within = np.divmod(phase_rad, 2.0 * pi)
+        near = np.interp(within, turn, along) + turns * (along[-1] - along[0])
+        angle = azimuth(phase_rad)
+        unwrapped: Floats = angle + 2.0 * pi * np.round((near - angle) / (2.0 * pi))
+        return unwrapped
+
     def __eq__(self, other: object) -> bool:
         """Whether all samples are the same."""
         return isinstance(other, Tool) and self._key() == other._key()
@@ -157,6 +179,17 @@ class Tool:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (type(self), (self._position, self._direction))
+
+
+def _series(terms: npt.NDArray[np.complex128], count: int, phase_rad: Floats) -> Floats:
+    """The Fourier series through ``count`` samples with these ``terms``, by Horner's rule."""
+    unit = np.exp(1j * phase_rad)
+    total = np.zeros_like(unit)
+    for order in range(terms.size - 1, -1, -1):
+        # The mean, and the highest order of an even number, stand for one term, others for two.
+        weight = 1.0 if order == 0 or 2 * order == count else 2.0
+        total = total * unit + weight * terms[order]
+    return np.asarray(total.real / count)
 
 
 def checked_tool(tool: Tool | None) -> _bristle.SampledTool | None:

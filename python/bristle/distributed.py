@@ -26,12 +26,12 @@ class ClusterError(RuntimeError):
     """A cluster that cannot finish a study. The text says why, and what to do."""
 
 
-_cases_of: Callable[[Settings], _bristle.Cases] = lru_cache(maxsize=4)(
-    lambda settings: _bristle.Cases(settings._input)
+_cases_of: Callable[[Settings, bool], _bristle.Cases] = lru_cache(maxsize=4)(
+    lambda settings, check: _bristle.Cases(settings._input, check)
 )
 
 
-def _simulate(cases: list[int], settings: Settings) -> tuple[str, str]:
+def _simulate(cases: list[int], settings: Settings, check: bool) -> tuple[str, str]:
     """Returns the journal of some cases, and the address of the worker."""
     key = (worker := get_worker()).get_current_task()
 
@@ -40,7 +40,7 @@ def _simulate(cases: list[int], settings: Settings) -> tuple[str, str]:
         if task is None or task.state == "cancelled":
             raise RuntimeError("the study has ended")
 
-    return _cases_of(settings).simulate(cases, stop_if_cancelled), worker.address
+    return _cases_of(settings, check).simulate(cases, stop_if_cancelled), worker.address
 
 
 def _take(gathered: _bristle.PendingStudy, future: Future[tuple[str, str]]) -> None:
@@ -50,7 +50,7 @@ def _take(gathered: _bristle.PendingStudy, future: Future[tuple[str, str]]) -> N
     except Exception as error:
         is_lost = isinstance(error, CancelledError)
         why = "the scheduler is lost" if is_lost else f"{type(error).__name__}: {error}"
-        raise ClusterError(f"{why}\nhelp: the same call goes on from what is done") from error
+        raise ClusterError(f"{why}\nhelp: with `out` the same call goes on") from error
     try:
         gathered.take(journal)
     except ValueError as error:
@@ -65,6 +65,7 @@ def study(
     *,
     out: str | PathLike[str] | None = None,
     restart: bool = False,
+    check: bool = False,
     progress: bool | TellCases = True,
     memory_bytes: int | None = None,
     retries: int = 3,
@@ -72,7 +73,8 @@ def study(
     """Simulates all combinations of the swept values on a cluster.
 
     Arguments, results, files and journal are those of :func:`bristle.study`, to the byte.
-    Dask schedules the cases, and repeats those of a worker that dies.
+    Dask schedules the cases, and repeats those of a worker that dies. Each thread of a worker
+    simulates one case at a time, so that there is no number of threads.
 
     Args:
         client: A client of Dask; by default the current one.
@@ -81,7 +83,8 @@ def study(
 
     Raises:
         ClusterError: If the workers have another build of Bristle or fail, or the scheduler
-            is lost. The same call goes on from what is done.
+            is lost. With ``out`` the same call goes on; without it the exception has a
+            `bristle.PartialStudy` as ``study``, which goes on here.
     """
     if isinstance(sweep, Client):
         raise TypeError("the client comes after the sweep: study(settings, client=…)")
@@ -93,8 +96,7 @@ def study(
     run = pending(
         settings,
         checked_study(settings),
-        out=out,
-        restart=restart,
+        files=(out, restart, check),
         threads=1,
         memory_bytes=arguments.whole_or_none("memory_bytes", memory_bytes, 0),
     )
@@ -104,7 +106,9 @@ def study(
         share = len(cases) // (4 * max(sum(client.nthreads().values()), 1)) + 1
         size = 1 if gathered.has_brush() else min(share, _MAX_CASES_PER_TASK)
         chunks = [cases[first : first + size] for first in range(0, len(cases), size)]
-        futures = client.map(_simulate, chunks, settings=settings, retries=retries, pure=False)
+        futures = client.map(
+            _simulate, chunks, settings=settings, check=check, retries=retries, pure=False
+        )
         try:
             for future in as_completed(futures):
                 if tell is not None:

@@ -1,26 +1,37 @@
 //! Brushes with filaments that touch each other.
 
+use std::iter;
 use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
 
 use bristle::brush::{BrushError, BrushResult, BrushRun, RunOptions};
+use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 use bristle::simulation::Stop;
 use bristle_app::insight::assumptions::Assumptions;
 use bristle_app::insight::findings::{Finding, JudgedCase, JudgedResult, judge_case};
 use bristle_app::report::figures::Brush;
 use bristle_app::report::page::{Notes, brush_page};
+use bristle_app::run::brush::{
+    BrushEvent, BrushMeans, BrushRunError, BrushStore, CHECKPOINT_PAUSE, check_brush,
+    simulate_brush, write_brush,
+};
+use bristle_app::run::contact::{of_simulation, write_check};
 use bristle_app::store::checkpoint::{state_bytes, state_of};
 use bristle_app::store::results::{MOMENT, PAIR, PLACE, REST, write_brush_metrics};
+use bristle_app::store::staged::FileError;
 use bristle_study::grid::brush::filament_columns;
-use bristle_study::grid::{Interaction, calibration_band, press_brush, thread_count};
+use bristle_study::grid::check::{FINER_BRUSH, check_text};
+use bristle_study::grid::{Interaction, calibration_band, thread_count};
+use bristle_study::input::materials::Material;
 use bristle_study::input::plausibility::unusual;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::arrays::{Columns, add_columns, frozen, table};
-use crate::error::{of_brush, of_settings, of_value};
-use crate::input::Input;
+use crate::error::{of_brush, of_brush_run, of_settings, of_value};
+use crate::input::{Input, occupied_for};
 use crate::interrupt::on_a_thread_sharing;
 
 /// A simulated brush.
@@ -31,60 +42,133 @@ pub struct SimulatedBrush {
     frames: usize,
     /// The final state, from which the result follows.
     state: Vec<u8>,
+    /// The text of `check.json`, if it was simulated again with more precision.
+    checked: Option<String>,
 }
 
 /// Simulates the brush of `input` on `threads` threads, with at most `frames` frames, in at most
-/// `memory` bytes. Calls `tell` now and then with the share that is done.
+/// `memory` bytes. Files and checkpoints go to the directory `out`, if there is one, from which it
+/// resumes unless it is to `restart`. Simulates again with more precision if it is to `check`.
+/// Calls `tell` now and then with the share that is done.
 #[pyfunction]
 pub fn brush(
     py: Python<'_>,
     input: &Input,
-    threads: Option<NonZeroUsize>,
+    resources: (Option<NonZeroUsize>, Option<u64>),
     frames: usize,
-    memory: Option<u64>,
+    means: (Option<PathBuf>, bool, bool),
     tell: Option<Py<PyAny>>,
 ) -> PyResult<SimulatedBrush> {
+    let (threads, memory) = resources;
+    let (out, restart, check) = means;
     let settings = input.settings()?.clone();
     if settings.brush.is_none() {
         return Err(of_settings(
             "there is no section [brush]; add it, empty if all its defaults are right: `settings.replace(brush={})`",
         ));
     }
-    let options = RunOptions {
-        threads: thread_count(threads),
-        frames,
-        memory,
-        ..RunOptions::default()
-    };
+    let document = input.document()?;
+    let (unstated, material) = (document.unstated(), document.material());
+    let _occupied = occupied_for(out.as_deref(), &of_simulation())?;
     let stop = Stop::default();
+    let store = out.as_deref().map(|directory| BrushStore {
+        directory,
+        pause: CHECKPOINT_PAUSE,
+        restart,
+    });
+    let means = BrushMeans {
+        options: RunOptions {
+            threads: thread_count(threads),
+            frames,
+            memory,
+            ..RunOptions::default()
+        },
+        stop: &stop,
+        store,
+    };
     let simulated = on_a_thread_sharing(py, &stop, tell, |tell| {
-        let (settings, (mut result, state), stiffness) =
-            press_brush(&settings, &stop, |settings| {
-                let mut run = BrushRun::new(settings, options)?.until(&stop);
-                while run.advance()? {
-                    tell(run.done());
-                }
-                let state = state_bytes(&run.checkpoint());
-                let result = run.finish()?;
-                Ok::<_, BrushError>((result.tool.tool_contact_normal_force_n, (result, state)))
-            })?;
-        result.tool.force_stiffness_n_m = stiffness;
-        Ok((settings, result, state))
+        let share = if check { 0.5 } else { 1.0 };
+        let simulated = simulate_brush(&settings, &means, &mut |event| {
+            if let BrushEvent::Begun(done) | BrushEvent::Done(done) = event {
+                tell(share * done);
+            }
+        })?;
+        let mut simulated = SimulatedBrush {
+            settings: simulated.settings,
+            result: simulated.result,
+            frames,
+            state: state_bytes(&simulated.state),
+            checked: None,
+        };
+        if let Some(out) = &out {
+            simulated.write(out, &input.short_name(), (&settings, &unstated, material))?;
+        }
+        if check {
+            let (settings, options) = (&simulated.settings, means.options);
+            let done = |done| tell(share + share * done);
+            let (metrics, finer) = (
+                &simulated.result.tool,
+                check_brush(settings, options, &stop, done)?,
+            );
+            if let Some(out) = &out {
+                write_check(out, FINER_BRUSH, metrics, &finer)?;
+            }
+            simulated.checked = Some(check_text(FINER_BRUSH, metrics, &finer));
+        }
+        Ok::<_, BrushRunError>(simulated)
     })?;
-    let (settings, result, state) = simulated.map_err(of_brush)?;
-    Ok(SimulatedBrush {
-        settings,
-        result,
-        frames,
-        state,
-    })
+    simulated.map_err(of_brush_run)
 }
 
 impl SimulatedBrush {
-    fn found(&self) -> Vec<Finding> {
+    /// Writes its files to a directory. `stated` are the settings before the depth of a force was
+    /// found, and what the file leaves to its defaults.
+    fn write(
+        &self,
+        out: &Path,
+        name: &str,
+        (stated, unstated, material): (&Settings, &[&'static Parameter], Option<&'static Material>),
+    ) -> Result<(), FileError> {
+        let (settings, result) = (&self.settings, &self.result);
+        let mut metrics = Vec::new();
+        // The property `metrics` raises why there is no band.
+        let band = calibration_band(settings, &result.tool).unwrap_or_default();
+        write_brush_metrics(&mut metrics, settings, result, band.as_ref())
+            .expect("memory takes what is written to it");
+        let unusual = unusual(stated);
+        let assumptions = Assumptions::of_contact(settings, unstated).with_material(material);
+        let findings = self.found(stated.process.tool_force_n);
+        let notes = Notes {
+            unusual: &unusual,
+            findings: &findings,
+            assumptions: &assumptions,
+        };
+        let brush = self.drawn();
+        write_brush(out, name, &metrics, &brush, result, notes, iter::empty()).map(drop)
+    }
+
+    /// Returns the content of figures and the page.
+    fn drawn(&self) -> Brush {
+        let BrushResult {
+            filaments,
+            history,
+            pairs,
+            ..
+        } = self.result.clone();
+        Brush {
+            settings: self.settings.clone(),
+            interaction: Interaction::of(&self.result),
+            filaments,
+            history,
+            pairs,
+        }
+    }
+
+    /// Returns the findings, where a force `asked_n` (N) was stated in place of the depth.
+    fn found(&self, asked_n: Option<f64>) -> Vec<Finding> {
         judge_case(&JudgedCase {
             settings: &self.settings,
-            asked_n: None,
+            asked_n,
             outcome: Some(JudgedResult {
                 metrics: &self.result.tool,
                 statistics: None,
@@ -104,9 +188,14 @@ impl SimulatedBrush {
         String::from_utf8(text).map_err(of_value)
     }
 
+    /// Returns the text of `check.json`, if it was simulated again with more precision.
+    fn checked(&self) -> Option<&str> {
+        self.checked.as_deref()
+    }
+
     /// Returns the warnings of the program.
     fn warnings(&self) -> Vec<String> {
-        let findings = self.found();
+        let findings = self.found(None);
         findings
             .iter()
             .map(|finding| finding.warning().plain())
@@ -115,7 +204,7 @@ impl SimulatedBrush {
 
     /// Returns the findings about the result, as JSON.
     fn findings(&self) -> PyResult<String> {
-        serde_json::to_string(&self.found()).map_err(of_settings)
+        serde_json::to_string(&self.found(None)).map_err(of_settings)
     }
 
     /// Returns the columns of `filaments.csv`, and their units.
@@ -158,12 +247,13 @@ impl SimulatedBrush {
     }
 
     /// Returns everything but the settings, for [`SimulatedBrush::of_state`].
-    fn state<'py>(&self, py: Python<'py>) -> (usize, Bound<'py, PyBytes>, [f64; 2]) {
+    fn state<'py>(&self, py: Python<'py>) -> (usize, Bound<'py, PyBytes>, [f64; 2], Option<&str>) {
         let tool = &self.result.tool;
         (
             self.frames,
             PyBytes::new(py, &self.state),
             [tool.penetration_depth_m, tool.force_stiffness_n_m],
+            self.checked(),
         )
     }
 
@@ -172,9 +262,9 @@ impl SimulatedBrush {
     fn of_state(
         py: Python<'_>,
         input: &Input,
-        state: (usize, Vec<u8>, [f64; 2]),
+        state: (usize, Vec<u8>, [f64; 2], Option<String>),
     ) -> PyResult<Self> {
-        let (frames, state, [depth, stiffness]) = state;
+        let (frames, state, [depth, stiffness], checked) = state;
         let settings = input.settings()?.at_depth(depth);
         let options = RunOptions {
             frames,
@@ -191,27 +281,16 @@ impl SimulatedBrush {
             result,
             frames,
             state,
+            checked,
         })
     }
 
     /// Returns the page that `bristle simulate` writes, without the settings that the file leaves
     /// to their defaults.
     fn page(&self, py: Python<'_>, name: &str) -> String {
-        let BrushResult {
-            filaments,
-            history,
-            pairs,
-            ..
-        } = self.result.clone();
-        let brush = Brush {
-            settings: self.settings.clone(),
-            interaction: Interaction::of(&self.result),
-            filaments,
-            history,
-            pairs,
-        };
+        let brush = self.drawn();
         let (unusual, assumptions) = (unusual(&self.settings), Assumptions::default());
-        let findings = self.found();
+        let findings = self.found(None);
         let notes = Notes {
             unusual: &unusual,
             findings: &findings,

@@ -5,46 +5,47 @@ use std::path::PathBuf;
 
 use bristle::simulation::Stop;
 use bristle_app::run::calibration::{OF_CALIBRATION, calibrated_text, write_calibration};
+use bristle_app::run::forces::{ForceJournal, JournaledForces};
 use bristle_study::calibrate::{
-    Calibration, FitError, Fitted, Means, Observer, Problem, Reach, STARTS, calibrate as fitted_to,
-    summary,
+    FitError, Fitted, Means, Problem, Reach, STARTS, calibrate as fitted_to, summary,
 };
 use bristle_study::grid::Resources;
 use bristle_study::input::measured::{Format, read_points, read_radii};
 use bristle_study::text::layout::WIDTH;
 use pyo3::prelude::*;
 
-use crate::error::{of_file, of_input, of_settings};
+use crate::error::{of_file, of_input, of_journal, of_settings};
 use crate::input::{Input, occupied_for};
 use crate::interrupt::on_a_thread_sharing;
 
-/// Reports the progress of a calibration.
-struct Share<'a>(&'a (dyn Fn(f64) + Sync));
-
-impl Observer for Share<'_> {
-    fn done(&self, share: f64) {
-        self.0(share);
-    }
-}
-
-/// Calibrates `input` to the table `measured` with its relative standard deviation. Returns the
-/// content of `calibration.json`, and its text. Writes the files to the directory `out`, if any.
-/// Each of `fit` is a key, or a key and its range.
+/// Fits settings of `input` to the table `measured`, with its relative standard deviation, and
+/// returns the text of `calibration.json`, that of the program, and the change if it is to `check`.
+///
+/// Of its `headings`, those that `[measured]` names count, and keys. Files are written to the
+/// directory `out`, if there is one. Each of `fit` is a key, or a key and its range.
 #[pyfunction]
 pub fn calibrate(
     py: Python<'_>,
     input: &Input,
-    measured: (String, Option<f64>),
+    measured: (String, Vec<String>, Option<f64>),
     fit: Vec<String>,
     reach: (Option<f64>, Option<f64>),
-    means: (Option<NonZeroUsize>, Option<PathBuf>),
+    means: (Option<NonZeroUsize>, Option<PathBuf>, bool, bool),
     tell: Option<Py<PyAny>>,
-) -> PyResult<(String, String)> {
-    let (threads, out) = means;
-    let (table, relative_std) = measured;
+) -> PyResult<(String, String, Option<f64>)> {
+    let (threads, out, restart, check) = means;
+    let (table, headings, relative_std) = measured;
+    let document = input.document()?;
+    let stated = document.measured().map(|(_, format)| format.clone());
+    let mut stated = stated.unwrap_or_default();
+    stated
+        .columns
+        .retain(|(_, column)| headings.contains(&column.heading));
     let format = Format {
-        relative_std,
-        ..Format::default()
+        separator: Some(','),
+        decimal: Some('.'),
+        relative_std: relative_std.or(stated.relative_std),
+        ..stated
     };
     let fit = fit
         .iter()
@@ -55,12 +56,15 @@ pub fn calibrate(
         let radii = read_radii(&table, "measured", &format).map_err(of_settings)?;
         Problem::of_radii(input.settings()?.clone(), fit, radii)
     } else {
-        let brushes = input.document()?.brushes().map_err(of_input)?;
+        let brushes = document.brushes().map_err(of_input)?;
         let points = read_points(&table, "measured", &format).map_err(of_settings)?;
         Problem::new(brushes, fit, points)
     };
     let problem = problem.map_err(of_settings)?;
     let _occupied = occupied_for(out.as_deref(), &OF_CALIBRATION)?;
+    let journal = out.as_deref().filter(|_| problem.has_brush());
+    let journal = journal.map(|out| ForceJournal::open(out, restart));
+    let journal = journal.transpose().map_err(of_journal)?;
     let stop = Stop::default();
     let resources = Resources {
         threads,
@@ -71,26 +75,51 @@ pub fn calibrate(
         max_depth_m: reach.1,
     };
     let found = on_a_thread_sharing(py, &stop, tell, |tell| {
-        let means = Means {
-            resources,
-            stop: &stop,
-            observer: &Share(tell),
-            starts: STARTS,
+        let share = if check { 0.5 } else { 1.0 };
+        let tell_fitted = |done| tell(share * done);
+        let mut watch = JournaledForces {
+            journal,
+            tell: &tell_fitted,
         };
-        fitted_to(problem, reach, means)
+        let fitted = fitted_to(
+            problem,
+            reach,
+            Means {
+                resources,
+                stop: &stop,
+                observer: &watch,
+                starts: STARTS,
+            },
+        );
+        if let Some(journal) = &mut watch.journal {
+            journal.settle().map_err(of_file)?;
+        }
+        let found = fitted.map_err(of_settings)?.ok_or_else(|| {
+            of_settings("none of the starts can be simulated: narrow the ranges of `fit`")
+        })?;
+        if let Some(out) = &out {
+            let restated = found
+                .undetermined
+                .is_empty()
+                .then(|| calibrated_text(out, input.text(), &found, &[], &str::to_owned));
+            let restated = restated.transpose().map_err(of_settings)?;
+            write_calibration(out, &input.short_name(), &found, restated.as_deref())
+                .map_err(of_file)?;
+        }
+        let tell_checked = |done| tell(share + share * done);
+        let changed = check.then(|| {
+            found.change_when_checked(Means {
+                resources,
+                stop: &stop,
+                observer: &JournaledForces {
+                    journal: None,
+                    tell: &tell_checked,
+                },
+                starts: 0,
+            })
+        });
+        Ok::<_, PyErr>((found, changed.transpose().map_err(of_settings)?))
     })?;
-    let found: Option<Calibration> = found.map_err(of_settings)?;
-    let found = found.ok_or_else(|| {
-        of_settings("none of the starts can be simulated: narrow the ranges of `fit`")
-    })?;
-    if let Some(out) = &out {
-        let restated = found
-            .undetermined
-            .is_empty()
-            .then(|| calibrated_text(out, input.text(), &found, &[], &str::to_owned));
-        let restated = restated.transpose().map_err(of_settings)?;
-        write_calibration(out, &input.short_name(), &found, restated.as_deref())
-            .map_err(of_file)?;
-    }
-    Ok((found.json(), summary(&found, WIDTH)))
+    let (found, changed) = found?;
+    Ok((found.json(), summary(&found, WIDTH), changed))
 }

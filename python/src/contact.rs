@@ -1,5 +1,7 @@
 //! One contact of one filament.
 
+use std::path::{Path, PathBuf};
+
 use bristle::model::parameters::Parameter;
 use bristle::model::record::Record;
 use bristle::model::settings::Settings;
@@ -9,9 +11,14 @@ use bristle::simulation::{
 use bristle_app::insight::assumptions::Assumptions;
 use bristle_app::insight::findings::{Finding, JudgedCase, JudgedResult, judge_case, judge_study};
 use bristle_app::report::page::{ReportContext, course_recorder, page};
+use bristle_app::run::contact::{
+    self as files, ShapeTimes, last_shapes, write_check, write_contact,
+};
 use bristle_app::store::results::{
     Origin, read_history, read_profile, write_history, write_metrics, write_profile,
 };
+use bristle_app::store::staged::FileError;
+use bristle_study::grid::check::{FINER_PASS, check_text, finer_pass};
 use bristle_study::grid::{CaseSummary, Study, Sweep, VELOCITY};
 use bristle_study::input::statement::Statement;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods};
@@ -19,8 +26,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{Columns, frozen, table};
-use crate::error::{of_settings, of_simulation, of_value};
-use crate::input::Input;
+use crate::error::{of_file, of_settings, of_simulation, of_value};
+use crate::input::{Input, occupied_for};
 use crate::interrupt::{Watch, on_a_thread};
 use crate::tool::SampledTool;
 
@@ -29,11 +36,14 @@ use crate::tool::SampledTool;
 pub struct Simulated {
     settings: Settings,
     simulation: Simulation,
+    /// The text of `check.json`, if it was simulated again with more precision.
+    checked: Option<String>,
 }
 
-/// Simulates the contact of `input`, sampled at `samples` times, with the shape of the filament at
-/// `shapes` times, and with another `tool`, if any. Calls `tell` now and then with the share that
-/// is done.
+/// Simulates the contact of `input`, sampled at `samples` times, with the filament at `shapes`
+/// times, and with another `tool` if there is one. Writes the files to the directory `out`, if
+/// there is one, and simulates again with more precision if it is to `check`. Calls `tell` now and
+/// then with the share that is done.
 #[pyfunction]
 pub fn simulate(
     py: Python<'_>,
@@ -41,33 +51,73 @@ pub fn simulate(
     samples: usize,
     shapes: usize,
     tool: Option<&Bound<'_, SampledTool>>,
+    means: (Option<PathBuf>, bool),
     tell: Option<Py<PyAny>>,
 ) -> PyResult<Simulated> {
+    let (out, check) = means;
     let settings = input.settings()?.clone();
-    let sampling = Sampling {
-        samples,
-        shapes,
-        profile: samples > 0,
-        ..Sampling::default()
-    };
-    let stop = Stop::default();
-    let mut watch = Watch::new(&stop, tell);
-    let result = match tool {
-        None => py
-            .detach(|| simulate_places(&settings, sampling, &stop, &mut |share| watch.look(share))),
-        Some(tool) => {
-            let pass = tool
-                .get()
-                .pass(&settings)
-                .map_err(of_settings)?
-                .until(&stop);
-            py.detach(|| pass.simulate_telling(sampling, |share| watch.look(share)))
+    let _occupied = occupied_for(out.as_deref(), &files::of_simulation())?;
+    let times = ShapeTimes::new(&settings, shapes);
+    let sampling = if out.is_some() {
+        times.sampling(samples)
+    } else {
+        Sampling {
+            samples,
+            shapes,
+            profile: samples > 0,
+            ..Sampling::default()
         }
     };
-    watch.end()?;
+    let share = if check { 0.5 } else { 1.0 };
+    let run = |settings: &Settings, sampling, shares: [f64; 2]| {
+        let stop = Stop::default();
+        let [begin, share] = shares;
+        let tell = tell.as_ref().map(|tell| tell.clone_ref(py));
+        let mut watch = Watch::new(&stop, tell);
+        let mut look = |done: f64| watch.look(begin + share * done);
+        let result = match tool {
+            None => py.detach(|| simulate_places(settings, sampling, &stop, &mut look)),
+            Some(tool) => {
+                let pass = tool.get().pass(settings).map_err(of_settings)?.until(&stop);
+                py.detach(|| pass.simulate_telling(sampling, look))
+            }
+        };
+        watch.end()?;
+        result.map_err(of_simulation)
+    };
+    let mut simulation = run(&settings, sampling, [0.0, share])?;
+    if let Some(out) = &out {
+        write(py, out, &settings, &simulation).map_err(of_file)?;
+        simulation.shapes = times.chosen(simulation.shapes);
+    }
+    let checked = if check {
+        let at_depth = settings.at_depth(simulation.metrics.penetration_depth_m);
+        let finer = run(&finer_pass(&at_depth), Sampling::default(), [share, share])?;
+        if let Some(out) = &out {
+            write_check(out, FINER_PASS, &simulation.metrics, &finer.metrics).map_err(of_file)?;
+        }
+        Some(check_text(FINER_PASS, &simulation.metrics, &finer.metrics))
+    } else {
+        None
+    };
     Ok(Simulated {
         settings,
-        simulation: result.map_err(of_simulation)?,
+        simulation,
+        checked,
+    })
+}
+
+/// Writes the files of a contact to a directory.
+fn write(
+    py: Python<'_>,
+    out: &Path,
+    settings: &Settings,
+    simulation: &Simulation,
+) -> Result<(), FileError> {
+    let settings = settings.at_depth(simulation.metrics.penetration_depth_m);
+    py.detach(|| {
+        let drawn = last_shapes(&settings, simulation);
+        write_contact(out, &settings, simulation, &drawn, &[]).map(drop)
     })
 }
 
@@ -78,6 +128,7 @@ type State<'py> = (
     String,
     String,
     (Bound<'py, PyAny>, Bound<'py, PyAny>),
+    Option<String>,
 );
 
 impl Simulated {
@@ -134,6 +185,11 @@ impl Simulated {
             }
         }
         Ok(numbers)
+    }
+
+    /// Returns the text of `check.json`, if it was simulated again with more precision.
+    fn checked(&self) -> Option<&str> {
+        self.checked.as_deref()
     }
 
     /// Returns the warnings of the program.
@@ -222,13 +278,14 @@ impl Simulated {
             history.map_err(of_value)?,
             profile.map_err(of_value)?,
             self.shapes(py)?,
+            self.checked.clone(),
         ))
     }
 
     /// Restores the pass from the result of [`Simulated::state`].
     #[staticmethod]
     fn of_state(input: &Input, state: State<'_>) -> PyResult<Self> {
-        let (summary, end_time_s, history, profile, (times, nodes)) = state;
+        let (summary, end_time_s, history, profile, (times, nodes), checked) = state;
         let CaseSummary {
             metrics,
             turn_contact_normal_impulses_n_s,
@@ -270,6 +327,7 @@ impl Simulated {
         Ok(Self {
             settings: input.settings()?.clone(),
             simulation,
+            checked,
         })
     }
 }

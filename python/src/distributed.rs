@@ -9,7 +9,7 @@ use bristle_study::grid::{CaseResult, Study, simulate_cases};
 use parking_lot::Mutex;
 use pyo3::prelude::*;
 
-use crate::error::{of_input, of_value};
+use crate::error::of_value;
 use crate::input::Input;
 use crate::interrupt::on_a_thread_telling;
 use crate::study::of_run;
@@ -24,8 +24,8 @@ pub struct Cases {
 #[pymethods]
 impl Cases {
     #[new]
-    fn new(input: &Input) -> PyResult<Self> {
-        let study = input.document()?.study().map_err(of_input)?;
+    fn new(input: &Input, check: bool) -> PyResult<Self> {
+        let study = input.study(check)?;
         Ok(Self {
             keys: StudyKeys::new(&study),
             study,

@@ -6,6 +6,7 @@ use std::io;
 use bristle::brush::BrushError;
 use bristle::integrate::IntegrationError as StepError;
 use bristle::simulation::{IntegrationError, SimulationError};
+use bristle_app::run::brush::BrushRunError;
 use bristle_app::store::journal_file::JournalFileError;
 use bristle_app::store::staged::{DocumentError, FileError};
 use bristle_study::input::input_error::InputError;
@@ -88,6 +89,16 @@ pub fn of_brush(error: BrushError) -> PyErr {
             failed(error, None, None)
         }
         _ => of_settings(error),
+    }
+}
+
+/// That of a brush whose files go to a directory.
+pub fn of_brush_run(error: BrushRunError) -> PyErr {
+    match error {
+        BrushRunError::Refused(error) | BrushRunError::Failed(error) => of_brush(error),
+        BrushRunError::File(error) => of_file(error),
+        BrushRunError::Journal(error) => of_journal(error),
+        BrushRunError::Checkpoint(error) => of_settings(error),
     }
 }
 

@@ -8,6 +8,7 @@ use bristle_app::store::staged::{
     Occupied, occupy, prepare_directory, read_document, read_input as read_file, read_table,
     relative_to,
 };
+use bristle_study::grid::Study;
 use bristle_study::input::document::Document;
 use bristle_study::input::input_error::InputError;
 use bristle_study::input::measured::{Measurement, read_measured};
@@ -62,6 +63,13 @@ impl Input {
         };
         let table = read_table(Path::new(file)).map_err(of_file)?;
         read_measured(&table, file, format).map_err(of_settings)
+    }
+
+    /// Returns the study that the text states, whose cases are simulated again with more precision
+    /// if it is to `check`.
+    pub fn study(&self, check: bool) -> PyResult<Study> {
+        let study = self.document()?.study().map_err(of_input)?;
+        Ok(if check { study.checked() } else { study })
     }
 
     /// Parses the text.
@@ -122,7 +130,7 @@ impl Input {
 
     /// Returns warnings of unusual settings of the study.
     fn unusual_in_study(&self) -> PyResult<Vec<String>> {
-        let study = self.document()?.study().map_err(of_input)?;
+        let study = self.study(false)?;
         Ok(unusual_in_study(&study)
             .into_iter()
             .map(|unusual| unusual.statement)

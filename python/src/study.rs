@@ -37,7 +37,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::frozen;
-use crate::error::{of_file, of_input, of_journal, of_settings, of_value};
+use crate::error::{of_file, of_journal, of_settings, of_value};
 use crate::input::Input;
 use crate::interrupt::{on_a_thread, on_a_thread_telling};
 use crate::tool::SampledTool;
@@ -85,17 +85,18 @@ pub struct PendingStudy {
 #[pymethods]
 impl PendingStudy {
     /// Creates the study that `input` states, after a check that `threads`, `memory` and `tool`
-    /// suit it. Results go to the directory `out`; an earlier study resumes from its journal.
+    /// suit it. Results go to the directory `out`; an earlier study resumes from its journal. Each
+    /// case is simulated again with more precision if it is to `check`.
     #[new]
     fn new(
         input: Py<Input>,
-        out: Option<PathBuf>,
-        restart: bool,
+        means: (Option<PathBuf>, bool, bool),
         threads: Option<NonZeroUsize>,
         memory: Option<u64>,
         tool: Option<Py<SampledTool>>,
     ) -> PyResult<Self> {
-        let study = input.get().document()?.study().map_err(of_input)?;
+        let (out, restart, check) = means;
+        let study = input.get().study(check)?;
         if tool.is_some() {
             check_tool(&study).map_err(of_settings)?;
         }

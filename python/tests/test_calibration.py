@@ -50,7 +50,8 @@ def test_exact_forces_give_the_settings(
     loaded = bristle.load(tmp_path / "out" / "calibrated.toml")
     assert loaded.filament["youngs_modulus_pa"] == pytest.approx(2.2e9, rel=1e-2)
     assert json.loads((tmp_path / "out" / "calibration.json").read_text()) == found.record
-    values = found.values
+    values = dict(found)
+    assert list(found.keys()) == KEYS and list(found.values()) == [values[key] for key in KEYS]
     assert values[KEYS[0]] == pytest.approx(2.2e9, rel=1e-3)
     assert values[KEYS[1]] == pytest.approx(0.25, rel=1e-3)
     assert found.undetermined == [] and found.chi_squared < 1e-2
@@ -67,6 +68,47 @@ def test_exact_forces_give_the_settings(
     runs = bristle.study(settings, {"process.penetration_depth_m": [1e-3]}, progress=False).runs
     lower, upper = runs["tool_force_lower_95_n"][0], runs["tool_force_upper_95_n"][0]
     assert lower < runs["tool_contact_normal_force_n"][0] < upper
+
+
+def test_columns_are_those_that_the_program_reads(measured: dict[str, np.ndarray]) -> None:
+    """A heading with another unit counts, one of nothing measured does not."""
+
+    def fitted(columns: dict[str, object], settings: bristle.Settings) -> bristle.Calibration:
+        key = KEYS[:1]
+        return bristle.calibrate(settings, columns, fit=key, relative_std=0.03, progress=False)
+
+    plain = fitted(dict(measured), _brush(3e9, 0.25))
+    columns: dict[str, object] = dict(measured)
+    columns["penetration_depth_mm"] = 1e3 * measured["penetration_depth_m"]
+    del columns["penetration_depth_m"], columns["torque_n_m"]
+    columns["force_kn"] = 1e-3 * np.asarray(columns.pop("force_n"))
+    columns["operator"] = ["somebody"] * 6
+    force = fitted({**measured, "torque_n_m": np.full(6, np.nan)}, _brush(3e9, 0.25))
+    found = fitted(columns, _brush(3e9, 0.25))
+    assert found[KEYS[0]] == pytest.approx(force[KEYS[0]], rel=1e-6)
+    assert found[KEYS[0]] != plain[KEYS[0]]
+    # Headings of a laboratory, which the settings name.
+    named = _brush(3e9, 0.25).replace(
+        measured={
+            "file": "forces.csv",
+            "columns": {
+                "penetration_depth_m": "ae [mm]",
+                "force_n": {"column": "Fz", "unit": "kN"},
+            },
+        }
+    )
+    columns["ae [mm]"] = columns.pop("penetration_depth_mm")
+    columns["Fz"] = columns.pop("force_kn")
+    assert fitted(columns, named)[KEYS[0]] == found[KEYS[0]]
+    with pytest.raises(bristle.SettingsError, match="no column `penetration_depth_m`"):
+        fitted(columns, _brush(3e9, 0.25))
+
+
+def test_what_was_fitted_is_checked(measured: dict[str, np.ndarray]) -> None:
+    found = bristle.calibrate(
+        _brush(3e9, 0.25), measured, fit=KEYS[:1], relative_std=0.03, check=True, progress=False
+    )
+    assert found.change_when_checked is not None and 0.0 < found.change_when_checked < 1e-2
 
 
 def test_what_is_not_determined_has_no_value() -> None:
@@ -87,7 +129,7 @@ def test_what_is_not_determined_has_no_value() -> None:
     found = bristle.calibrate(
         _brush(2.2e9, 0.0), slow, fit=fit, relative_std=0.03, progress=False
     )
-    assert found.values == dict.fromkeys(fit)
+    assert dict(found) == dict.fromkeys(fit)
     assert "only" in found.undetermined[0]
     with pytest.raises(ValueError, match="only"):
         _ = found.settings

@@ -23,6 +23,10 @@ def test_convergence_is_that_of_the_program(tmp_path: Path) -> None:
     assert 1.5 < force["order"] < 2.5
     error = found.error("tool_contact_normal_force_n")
     assert error is not None and 1e-3 < error < 2e-2
+    pytest.importorskip("matplotlib")
+    assert [axes.get_xlabel() for axes in found.plot().axes] == [
+        series["setting"] for series in found.numbers["series"]
+    ]
     assert str(found).count("max F_n") == 1 and shares == sorted(shares)
 
 

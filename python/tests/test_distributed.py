@@ -182,7 +182,7 @@ def test_brushes_failures_and_the_other_way_round(
 def journal_of(settings: bristle.Settings, velocities: list[float]) -> str:
     """Journal of the first case of a study."""
     swept = settings.replace(study={"brushing_velocity_m_s": velocities})
-    return bristle._bristle.Cases(swept._input).simulate([0], lambda: None)
+    return bristle._bristle.Cases(swept._input, False).simulate([0], lambda: None)
 
 
 def of_another_version(journal: str) -> str:
@@ -193,7 +193,7 @@ def of_another_version(journal: str) -> str:
 
 def test_results_of_another_build_are_refused(coarse: bristle.Settings) -> None:
     swept = coarse.replace(study={"brushing_velocity_m_s": [10.0, 20.0]})
-    study = bristle._bristle.PendingStudy(swept._input, None, False, 1, None, None)
+    study = bristle._bristle.PendingStudy(swept._input, (None, False, False), 1, None, None)
     with pytest.raises(ValueError, match="another version of Bristle"):
         study.take(of_another_version(journal_of(coarse, [10.0, 20.0])))
     # Results of other settings are none of this study.
@@ -219,10 +219,10 @@ def test_workers_of_another_build_and_workers_that_fail(
     sweep = {"process.brushing_velocity_m_s": [10.0, 20.0]}
     other = of_another_version(journal_of(coarse, [10.0, 20.0]))
 
-    def simulate_elsewhere(cases: list[int], settings: object) -> tuple[str, str]:
+    def simulate_elsewhere(cases: list[int], settings: object, check: bool) -> tuple[str, str]:
         return other, "tcp://other"
 
-    def fail(cases: list[int], settings: object) -> tuple[str, str]:
+    def fail(cases: list[int], settings: object, check: bool) -> tuple[str, str]:
         raise OSError("no memory")
 
     with Client(processes=False, n_workers=1, dashboard_address=None) as client:
@@ -244,7 +244,7 @@ def test_a_worker_that_stops_looking_ends(coarse: bristle.Settings) -> None:
     long = coarse.replace(filament={"segments": 200}, process={"turns": 50})
     swept = long.replace(study={"brushing_velocity_m_s": [10.0]})
     with pytest.raises(Unwanted):
-        bristle._bristle.Cases(swept._input).simulate([0], unwanted)
+        bristle._bristle.Cases(swept._input, False).simulate([0], unwanted)
 
 
 def test_wrong_arguments(coarse: bristle.Settings) -> None:

@@ -1,6 +1,8 @@
 """The equations: accelerations of batches, all terms of one state, and their text."""
 
+import inspect
 import json
+from typing import Any
 
 import bristle
 import numpy as np
@@ -94,6 +96,43 @@ def test_a_paper_gets_a_fragment() -> None:
         bristle.derive(2, format="latex", width_mm=70)
     with pytest.raises(ValueError, match="latex"):
         bristle.derive(2, fragment=True)
+
+
+def test_planar_matrices_need_no_more_than_numpy() -> None:
+    """The joint of the clamp has an angle, too, at rest and in motion, after several turns."""
+    sympy = pytest.importorskip("sympy")
+    equations = bristle.derive(2, planar=True, format="sympy")
+    mass, force = equations["planar_mass_matrix"], equations["planar_force"]
+    symbols = sorted(mass.free_symbols | force.free_symbols, key=str)
+    evaluated = sympy.lambdify(symbols, [mass, force], "numpy")
+    module: dict[str, Any] = {}
+    exec(bristle.derive(2, planar=True, format="numpy"), module)
+    random = np.random.default_rng(3)
+    for base in (0.0, -2.0, 3.1, 8.0 * np.pi + 0.5):
+        for bent in ([0.0, 0.0], [0.4, -0.3]):
+            values = {str(symbol): random.uniform(0.5, 1.5) for symbol in symbols}
+            values |= {"clamp_direction_x": np.cos(base), "clamp_direction_y": np.sin(base)}
+            values |= {"relaxed_angle_1": 0.0, "relaxed_angle_2": 0.0}
+            values |= {"theta_1": base + bent[0], "theta_2": base + bent[1]}
+            own_mass, own_force = evaluated(*(values[str(symbol)] for symbol in symbols))
+            expected_mass, expected_force = (
+                function(*_arguments(function, values))
+                for function in (module["planar_mass_matrix"], module["planar_force"])
+            )
+            assert np.allclose(own_mass, expected_mass, rtol=1e-12, atol=1e-12)
+            assert np.allclose(np.ravel(own_force), expected_force, rtol=1e-11, atol=1e-11)
+
+
+def _arguments(function: Any, values: dict[str, float]) -> list[Any]:
+    """The arguments of a function of the NumPy module, of the values of symbols."""
+
+    def argument(name: str) -> Any:
+        stem = {"q": "theta", "v": "theta_rate"}.get(name, name)
+        keys = [stem, *(f"{stem}_{end}" for end in "12xyz")]
+        found = [values[key] for key in keys if key in values] or [0.0, 0.0]
+        return found[0] if len(found) == 1 else np.array(found)
+
+    return [argument(name) for name in inspect.signature(function).parameters]
 
 
 def test_sympy_gets_matrices(settings: bristle.Settings) -> None:

@@ -56,7 +56,9 @@ def test_a_trial_takes_the_place_of_the_coefficient(edge: bristle.Settings) -> N
         "observed": {"edge_radius_m": whole.edge_radius_m, "time_s": whole.time_s},
         "preston_m2_n": None,
     }
-    found = bristle.wear(edge.replace(removal=trial), progress=False)
+    found = bristle.wear(edge.replace(removal=trial), check=True, progress=False)
+    assert whole.change_when_checked is None
+    assert found.change_when_checked is not None and 0.0 < found.change_when_checked < 1e-2
     assert found.preston_m2_n == pytest.approx(2e-14, rel=1e-3)
 
 
@@ -94,11 +96,11 @@ def test_radii_give_the_coefficient(edge: bristle.Settings, tmp_path: Path) -> N
     found = bristle.calibrate(
         edge, measured, fit=["removal.preston_m2_n"], out=tmp_path / "out", progress=False
     )
-    assert found.values["removal.preston_m2_n"] == pytest.approx(2e-14, rel=2e-3)
+    assert found["removal.preston_m2_n"] == pytest.approx(2e-14, rel=2e-3)
     assert found.square_root is not None and found.square_root["fits"]
     assert "the square root of time fits the radii" in str(found)
     removal = found.settings.removal
-    assert removal is not None and removal["preston_m2_n"] == found.values["removal.preston_m2_n"]
+    assert removal is not None and removal["preston_m2_n"] == found["removal.preston_m2_n"]
     assert bristle.wear(found.settings, progress=False).edge_radius_m == pytest.approx(0.2e-3)
     assert (tmp_path / "out" / "calibrated.toml").is_file()
     [axes] = found.plot().axes
@@ -107,4 +109,4 @@ def test_radii_give_the_coefficient(edge: bristle.Settings, tmp_path: Path) -> N
     same = bristle.calibrate(
         edge, turns, fit=["removal.preston_m2_n"], relative_std=0.01, progress=False
     )
-    assert same.values["removal.preston_m2_n"] == pytest.approx(2e-14, rel=2e-3)
+    assert same["removal.preston_m2_n"] == pytest.approx(2e-14, rel=2e-3)

@@ -1,8 +1,11 @@
 """Contacts and brushes: their numbers, their arrays, and how they are shown."""
 
+import json
 import pickle
+import sys
 import threading
 import warnings
+from pathlib import Path
 from typing import Any, get_type_hints
 
 import bristle
@@ -211,11 +214,117 @@ def test_a_tool_turns_at_a_speed_that_varies(
     assert np.allclose(tilted.direction[:, 2], np.sin(0.1))
 
 
+def test_one_speed_is_that_of_the_whole_turn(settings: bristle.Settings) -> None:
+    tool = bristle.Tool.rotating(settings, lambda times: 1.0)
+    assert tool == bristle.Tool.rotating(settings, lambda times: np.ones_like(times))
+
+
+def test_the_angle_of_the_body_is_that_of_the_clamp(settings: bristle.Settings) -> None:
+    turns = settings.replace(process={"turns": 3})
+    even = bristle.Tool.rotating(turns, lambda times: 1.0)
+    swinging = bristle.Tool.rotating(turns, lambda t: 1.0 - 0.2 * np.sin(2.0 * np.pi * t))
+    phase = bristle.simulate(turns).history["base_angle_rad"]
+    contact = bristle.simulate(turns, tool=swinging, samples=301, shapes=301)
+    time, angle = (contact.history[key] for key in ("time_s", "base_angle_rad"))
+    of_even = bristle.simulate(turns, tool=even).history["base_angle_rad"]
+    assert np.allclose(of_even, phase, rtol=0.0, atol=1e-9)
+    x, y = contact.shapes.nodes[:, 0, :2].T
+    assert np.allclose(x + 1j * y, 0.14 * np.exp(1j * angle), rtol=0.0, atol=1e-12)
+    # Unwrapped, it changes as fast as the speed says.
+    rates = np.gradient(angle, time) / (10.0 / 0.18)
+    assert rates.min() == pytest.approx(0.8, rel=0.01)
+    assert rates.max() == pytest.approx(1.2, rel=0.01)
+
+
+def test_contacts_and_brushes_go_to_files(
+    settings: bristle.Settings, small_brush: bristle.Settings, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    contact = bristle.simulate(settings, out=out, check=True, threads=1)
+    names = ["case.json", "check.json", "history.csv", "metrics.json", "profile.csv", "shapes.csv"]
+    assert sorted(file.name for file in out.iterdir() if file.suffix != ".parquet") == names
+    assert json.loads((out / "metrics.json").read_text()) == json.loads(
+        json.dumps(dict(contact.metrics))
+    )
+    checked = json.loads((out / "check.json").read_text())["metrics"]
+    assert contact.checked is not None
+    force = contact.checked["metrics"]["contact_normal_impulse_n_s"]
+    assert dict(force) == checked["contact_normal_impulse_n_s"]
+    assert 0.0 < force["relative_change"] < 1e-2
+    plain = bristle.simulate(settings)
+    assert plain.checked is None and plain.metrics == contact.metrics
+    assert (plain.shapes.nodes == contact.shapes.nodes).all()
+    again: bristle.Contact = pickle.loads(pickle.dumps(contact))
+    assert again.checked == contact.checked
+    with pytest.raises(ValueError, match="leave out `out`"):
+        tool = bristle.Tool.rotating(settings, lambda times: 1.0)
+        bristle.simulate(settings, tool=tool, out=out)
+    # A brush takes the place of a contact.
+    brush = bristle.brush(small_brush, out=out, check=True, progress=False)
+    names = ["brush.html", "brush.json", "check.json", "contacts.csv"]
+    names += ["filaments.csv", "history.csv", "metrics.json"]
+    assert sorted(file.name for file in out.iterdir()) == names
+    assert brush.checked is not None
+    assert brush.checked["repeated"] == "quarter of the tolerance"
+    assert pickle.loads(pickle.dumps(brush)).checked == brush.checked
+
+
+def test_a_brush_goes_on_from_its_checkpoint(
+    small_brush: bristle.Settings, tmp_path: Path
+) -> None:
+    long = small_brush.replace(filament={"segments": 15}, brush={"columns": 30})
+
+    class Stopped(Exception):
+        """What progress raises."""
+
+    def stop(share: float) -> None:
+        if share > 0.1:
+            raise Stopped
+
+    def interrupt() -> None:
+        with pytest.raises(Stopped):
+            bristle.brush(long, out=tmp_path, progress=stop)
+        assert (tmp_path / "checkpoint.bin").is_file()
+
+    def first_share(**options: Any) -> float:
+        shares: list[float] = []
+        bristle.brush(long, out=tmp_path, progress=shares.append, **options)
+        assert not (tmp_path / "checkpoint.bin").exists()
+        return shares[0]
+
+    interrupt()
+    assert first_share() > 0.1
+    metrics = (tmp_path / "metrics.json").read_bytes()
+    interrupt()
+    assert first_share(restart=True) < 0.1
+    assert (tmp_path / "metrics.json").read_bytes() == metrics
+
+
+def test_figures_show_themselves_without_pyplot(
+    settings: bristle.Settings, small_brush: bristle.Settings
+) -> None:
+    figures = pytest.importorskip("matplotlib.figure")
+    contact, brush = bristle.simulate(settings), bristle.brush(small_brush, progress=False)
+    for drawn, count in ((contact, 3), (brush, 2)):
+        figure = drawn.plot()
+        assert figure._repr_png_().startswith(b"\x89PNG") and len(figure.axes) == count
+        own = figures.Figure()
+        assert drawn.plot(ax=own.subplots(count)) is own
+        assert all(axes.lines for axes in own.axes)
+    force, scene = brush.plot(time_s=0.0).axes
+    assert len(scene.lines) == 3
+    legend = force.get_legend()
+    assert legend.get_bbox_to_anchor().x0 >= force.bbox.x1, "beside the curves"
+    with pytest.raises(ValueError, match="no frames"):
+        bristle.brush(small_brush, frames=0, progress=False).plot()
+    assert "matplotlib.pyplot" not in sys.modules
+
+
 def test_speeds_of_a_tool_are_checked(settings: bristle.Settings) -> None:
     wrong: list[tuple[Any, str]] = [
         ([1.0, 2.0], "from 3 to 2500"),
         (np.ones((3, 3)), "from 3 to 2500"),
-        (lambda times: 1.0, "from 3 to 2500"),
+        (lambda times: [1.0, 1.0], "from 3 to 2500"),
         ([1.0, 2.0, np.nan], "positive and finite"),
         # The series between the values is negative.
         ([1.0, 1.0, 1e-3, 1e-3, 1.0, 1.0], "positive and finite"),

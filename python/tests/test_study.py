@@ -78,8 +78,7 @@ def test_dimensions_have_no_dots(small_brush: bristle.Settings) -> None:
 
 
 def test_it_is_drawn(settings: bristle.Settings, study: bristle.Study) -> None:
-    matplotlib = pytest.importorskip("matplotlib")
-    matplotlib.use("Agg")
+    figures = pytest.importorskip("matplotlib.figure")
     (axes,) = study.plot("max_tip_deflection_m").axes
     assert axes.get_xlabel() == r"brushing velocity $v_{\mathrm{b}}$ in m/s"
     assert axes.get_ylabel() == r"largest tip deflection $s_{\mathrm{n,max}}$ in mm"
@@ -117,12 +116,18 @@ def test_it_is_drawn(settings: bristle.Settings, study: bristle.Study) -> None:
     assert bar.get_ylabel() == r"contact normal force of the tool $F_{\mathrm{n,w}}$ in N"
     with pytest.raises(ValueError, match="22 curves over segments, at most 10"):
         drawn(settings, **long, tools=tools)
+    figure = figures.Figure()
+    left, right = figure.subplots(1, 2)
+    assert study.plot(ax=left) is figure and left.lines and not right.lines
+    with pytest.raises(ValueError, match="ax needs 1 axes of matplotlib, not 2"):
+        study.plot(ax=[left, right])
 
 
 def test_it_advises_and_pickles(study: bristle.Study, tmp_path: Path) -> None:
     advice = study.advise(max_velocity_m_s=20.0, verify=False)
-    assert advice.values["limits"] == {"max_velocity_m_s": 20.0}
-    assert "verified" not in advice.values["recommendation"]
+    assert advice["limits"] == {"max_velocity_m_s": 20.0}
+    assert set(dict(advice)) == set(advice.keys()) and len(advice) == len(advice.values())
+    assert "verified" not in advice["recommendation"]
     assert "not simulated" in str(advice)
     assert "F_n,w" in str(advice)
     with pytest.raises(ValueError, match="contact time ratio"):
@@ -176,38 +181,48 @@ def stop(done: int, total: int, failed: int) -> None:
         raise Stopped
 
 
-def test_results_without_a_directory_are_kept_until_they_are_read(
+def test_an_exception_carries_what_is_done(
     settings: bristle.Settings, study: bristle.Study
 ) -> None:
-    def simulate(sweep: Any = SWEEP, **options: Any) -> list[tuple[int, int, int]]:
-        told: list[tuple[int, int, int]] = []
-        again = bristle.study(
-            settings, sweep, progress=lambda *counts: told.append(counts), **options
-        )
-        assert sweep is not SWEEP or again.runs == study.runs
-        return told
-
-    def interrupt(**options: Any) -> None:
+    def interrupted() -> bristle.PartialStudy:
         with pytest.raises(Stopped) as error:
-            bristle.study(settings, SWEEP, threads=1, progress=stop, **options)
-        (note,) = error.value.__notes__
-        assert note.endswith("of 12 cases are kept: the same call goes on")
+            bristle.study(settings, SWEEP, threads=1, progress=stop)
+        partial: bristle.PartialStudy = error.value.study  # type: ignore[attr-defined]
+        done, total, failed = partial.counts
+        assert 0 < done < total == 12 and failed == 0
+        says = f"{done} of 12 cases are done: `study.resume()` of this exception goes on"
+        assert error.value.__notes__ == [says] and partial.settings.sweep is not None
+        return partial
 
-    interrupt()
-    # Another study has its own.
-    assert simulate({"filament.segments": [6]})[0] == (0, 1, 0)
-    told = simulate()
-    assert told[0][0] > 0 and told[-1] == (12, 12, 0)
-    assert simulate()[0] == (0, 12, 0)
-    interrupt()
-    interrupt()
-    assert simulate(restart=True)[0] == (0, 12, 0)
+    partial = interrupted()
+    done = partial.counts[0]
+    # Another call begins from nothing.
+    told: list[tuple[int, int, int]] = []
+    bristle.study(settings, SWEEP, progress=lambda *counts: told.append(counts))
+    assert told[0] == (0, 12, 0)
+    # What ends it again carries it again.
+    with pytest.raises(Stopped) as error:
+        partial.resume(threads=1, progress=stop)
+    assert error.value.study is partial and partial.counts[0] >= done  # type: ignore[attr-defined]
+    told.clear()
+    resumed = partial.resume(progress=lambda *counts: told.append(counts))
+    assert told[0][0] >= done and told[-1] == (12, 12, 0)
+    assert resumed.runs == study.runs
     # A warning that is an exception loses nothing, either.
     with warnings.catch_warnings():
         warnings.simplefilter("error", bristle.ResultWarning)
-        with pytest.raises(bristle.ResultWarning):
-            simulate()
-    assert simulate()[0] == (12, 12, 0)
+        with pytest.raises(bristle.ResultWarning) as warning:
+            bristle.study(settings, SWEEP, progress=False)
+    assert warning.value.study.counts == (12, 12, 0)  # type: ignore[attr-defined]
+
+
+def test_cases_are_checked(settings: bristle.Settings, tmp_path: Path) -> None:
+    sweep = {"process.penetration_depth_m": [1e-3, 2e-3]}
+    checked = bristle.study(settings, sweep, check=True, out=tmp_path, progress=False)
+    changes = checked.runs["change_when_checked"]
+    assert (changes > 0.0).all() and (changes < 0.1).all()
+    again: bristle.Study = pickle.loads(pickle.dumps(checked))
+    assert (again.runs["change_when_checked"] == changes).all()
 
 
 def test_progress_is_told_where_there_is_no_terminal(

@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use bristle::brush::BrushError;
-use bristle::simulation::{SimulationError, Unreachable};
+use bristle::simulation::SimulationError;
 use bristle_app::insight::convergence::ConvergenceError;
 use bristle_app::insight::joined::JoinError;
 use bristle_app::report::drawing::format::FormatError;
 use bristle_app::run::RunError;
-use bristle_app::store::checkpoint::CheckpointError;
+use bristle_app::run::brush::UnusableCheckpoint;
 use bristle_app::store::journal_file::JournalFileError;
 use bristle_app::store::staged::{DocumentError, FileError};
 use bristle_app::store::study_files::STUDY;
@@ -63,15 +63,8 @@ pub enum CliError {
         error: ConvergenceError,
     },
     /// The checkpoint in the directory of a brush does not belong to this simulation.
-    #[error(
-        "cannot resume from `{}`: {error}\n{}",
-        shown_path(path),
-        advice(error)
-    )]
-    Checkpoint {
-        path: PathBuf,
-        error: CheckpointError,
-    },
+    #[error(transparent)]
+    Checkpoint(#[from] UnusableCheckpoint),
     /// Figures cannot have the size or the font.
     #[error(transparent)]
     Format(#[from] FormatError),
@@ -150,12 +143,6 @@ impl From<BrushError> for CliError {
     }
 }
 
-impl From<Unreachable> for CliError {
-    fn from(error: Unreachable) -> Self {
-        BrushError::from(error).into()
-    }
-}
-
 impl CliError {
     /// What is wrong in the file at `path`, or with what it states.
     pub fn of(path: &Path, error: impl Into<Box<dyn Error>>) -> Self {
@@ -192,18 +179,6 @@ impl CliError {
                 ..
             } => SIMULATION_FAILED.into(),
             _ => BAD_INPUT.into(),
-        }
-    }
-}
-
-fn advice(error: &CheckpointError) -> &'static str {
-    match error {
-        CheckpointError::Foreign => {
-            "help: move the file away, or choose another directory with --out"
-        }
-        _ => {
-            "help: choose another directory with --out to keep this state, \
-             or use --restart to discard it and simulate from the beginning"
         }
     }
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use bristle_app::insight::findings::{Finding, rule};
 use bristle_app::report::vtk::is_file_name;
+use bristle_app::run::vtk_files::VTK;
 use bristle_app::store::staged::{Occupied, occupy, prepare_directory};
 use bristle_study::input::document::Document;
 use clap::Args;
@@ -12,7 +13,6 @@ use crate::error::CliError;
 use crate::input::{InputArgs, InputText};
 use crate::pictures::{FIGURES, FigureArgs, is_picture};
 use crate::values::ResourceArgs;
-use crate::vtk_files::VTK;
 
 /// Arguments of every command that simulates an input file, with one meaning.
 #[derive(Args)]

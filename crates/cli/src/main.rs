@@ -2,7 +2,6 @@
 //! stdout, all else to stderr.
 
 mod args;
-mod checkpoint_file;
 mod commands;
 mod error;
 mod input;
@@ -13,7 +12,6 @@ mod progress;
 mod saved;
 mod terminal;
 mod values;
-mod vtk_files;
 
 use std::env;
 use std::ffi::OsString;

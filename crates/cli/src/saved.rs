@@ -7,6 +7,9 @@ use bristle::simulation::{ProfileCell, Sample, Shape};
 use bristle_app::report::drawing::format::Format;
 use bristle_app::report::figures::{Brush, Picture, contact_figures};
 use bristle_app::report::vtk::is_file_name;
+use bristle_app::run::brush::{BRUSH, CONTACTS, FILAMENTS};
+use bristle_app::run::contact::{CASE, HISTORY, METRICS, PROFILE, SHAPES};
+use bristle_app::run::vtk_files::vtk_name;
 use bristle_app::store::staged::{FileError, read_results};
 use bristle_app::store::study_files::{RUNS, STUDY};
 use bristle_study::input::table::DataError;
@@ -21,26 +24,6 @@ use bristle_study::text::{shortened, shown_path};
 
 use crate::error::CliError;
 use crate::terminal::say;
-use crate::vtk_files::vtk_name;
-
-/// Names of the files.
-pub const CASE: &str = "case.json";
-pub const CHECK: &str = "check.json";
-pub const METRICS: &str = "metrics.json";
-pub const HISTORY: &str = "history.csv";
-pub const PROFILE: &str = "profile.csv";
-pub const POSITIONS: &str = "positions.csv";
-pub const SHAPES: &str = "shapes.csv";
-pub const HISTORY_PARQUET: &str = "history.parquet";
-pub const BRUSH: &str = "brush.json";
-pub const FILAMENTS: &str = "filaments.csv";
-pub const CONTACTS: &str = "contacts.csv";
-pub const BRUSH_PAGE: &str = "brush.html";
-
-/// Files that only a contact has, and files that only a brush has. One kind replaces the other in a
-/// directory, as both have metrics and a history.
-pub const OF_CONTACT: [&str; 5] = [CASE, PROFILE, POSITIONS, SHAPES, HISTORY_PARQUET];
-pub const OF_BRUSH: [&str; 4] = [BRUSH, FILAMENTS, CONTACTS, BRUSH_PAGE];
 
 /// Returns the study in a directory, with its results; `None` if there is no study.
 pub fn saved_study(directory: &Path) -> Result<Option<(SavedStudy, Vec<CaseResult>)>, CliError> {

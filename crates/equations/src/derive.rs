@@ -13,8 +13,11 @@ use bristle_codegen::MAKER;
 use bristle_codegen::back::json::to_json;
 use bristle_codegen::back::source::Origin;
 use bristle_codegen::ir::kernel::Kernel;
+use bristle_codegen::ir::unit::Unit;
 use bristle_codegen::model::kernels::{kernels, planar_kernels};
+use bristle_codegen::model::lagrange::{WholeEquations, whole_equations_with};
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
+use bristle_codegen::passes::specialise::substitute;
 
 pub use bristle_codegen::model::chain::{Motion, Shape};
 
@@ -192,6 +195,20 @@ impl Equations {
         self.derived(Purpose::ReadingOf)
     }
 
+    /// Derives them as [`Self::for_reading`]. In the plane the angle of the clamp's joint is that
+    /// between two directions, by `atan2`: NumPy has no hypergeometric function.
+    fn for_sympy(self) -> Result<Vec<Kernel>, String> {
+        let Self::Whole {
+            segments,
+            motion: Motion::Planar,
+            shape,
+        } = self
+        else {
+            return self.for_reading();
+        };
+        planar_equations(segments, shape).kernels(Purpose::ReadingOf(shape))
+    }
+
     fn derived(self, purpose: impl Fn(Shape) -> Purpose) -> Result<Vec<Kernel>, String> {
         match self {
             Self::Whole {
@@ -203,6 +220,36 @@ impl Equations {
             Self::PlanarKernels => planar_kernels(),
         }
     }
+}
+
+/// The planar equations, in which the spring of the clamp stores `½ c α²`, where `α = atan2(e0 × e,
+/// e0·e)`.
+fn planar_equations(segments: usize, shape: Shape) -> WholeEquations {
+    // α is the difference of two azimuths, of which that of `e0` is a symbol until all derivatives
+    // are taken. Its sine and cosine are smooth, but not its azimuth.
+    let mut angle = None;
+    let mut equations = whole_equations_with(segments, Motion::Planar, shape, |terms| {
+        let (segment, hinge) = (terms.segments[0], terms.parameters.hinges[0]);
+        let g = &mut terms.graph;
+        let azimuth = g.sub(segment.theta, hinge.relaxed_angle);
+        let of_clamp = g.symbol("clamp_azimuth", "θ0", Unit::RADIAN);
+        let difference = g.sub(azimuth, of_clamp);
+        let (half, square) = (g.ratio(1, 2), g.powi(difference, 2));
+        let energy = g.mul(hinge.stiffness, square);
+        terms.spring[0] = g.mul(half, energy);
+        let [cosine, sine] = [g.cos(azimuth), g.sin(azimuth)];
+        let [x, y, _] = terms.clamp.direction;
+        let (a, b) = (g.mul(x, sine), g.mul(y, cosine));
+        let across = g.sub(a, b);
+        let along = g.dot(&[x, y], &[cosine, sine]);
+        angle = Some((difference, g.atan2(across, along)));
+    });
+    let values = angle.into_iter().collect();
+    let energy = [equations.spring_energy];
+    let g = &mut equations.graph;
+    equations.spring_energy = substitute(g, &energy, &values)[0];
+    equations.force = substitute(g, &equations.force, &values);
+    equations
 }
 
 /// Declares the forms of equations and their list.
@@ -371,7 +418,7 @@ pub fn derive(equations: Equations, format: DeriveFormat) -> Result<Derived, Str
         DeriveFormat::Rust => text(languages::rust::emit_generic(&computing()?, origin)?),
         DeriveFormat::RustF64 => text(languages::rust::emit(&computing()?, origin)?),
         DeriveFormat::Numpy => text(languages::numpy::emit(&computing()?, origin)?),
-        DeriveFormat::Sympy => text(languages::sympy::emit(&equations.for_reading()?, origin)?),
+        DeriveFormat::Sympy => text(languages::sympy::emit(&equations.for_sympy()?, origin)?),
         DeriveFormat::C => Derived::Files(languages::c::emit(&computing()?, origin)?),
         DeriveFormat::Matlab => {
             let mut files = languages::matlab::emit(&computing()?, origin)?;

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use bristle::model::settings::Settings;
-use bristle_study::calibrate::Forces;
+use bristle_study::calibrate::{Forces, Observer};
 use parking_lot::{Mutex, MutexGuard};
 use serde::{Deserialize, Serialize};
 
@@ -78,6 +78,32 @@ impl ForceJournal {
     /// The first error since the journal was opened.
     pub fn settle(&mut self) -> Result<(), FileError> {
         self.journal.settle()
+    }
+}
+
+/// Observer of a calibration that keeps forces in a journal.
+pub struct JournaledForces<'a> {
+    /// The journal, if there is one.
+    pub journal: Option<ForceJournal>,
+    /// Takes the share that is done.
+    pub tell: &'a (dyn Fn(f64) + Sync),
+}
+
+impl Observer for JournaledForces<'_> {
+    fn done(&self, share: f64) {
+        (self.tell)(share);
+    }
+
+    fn recall(&self, settings: &Settings) -> Option<Forces> {
+        self.journal.as_ref()?.recall(settings)
+    }
+
+    fn keep(&self, settings: &Settings, forces: &Forces) -> ControlFlow<()> {
+        self.journal
+            .as_ref()
+            .map_or(ControlFlow::Continue(()), |journal| {
+                journal.append(settings, *forces)
+            })
     }
 }
 

@@ -4,10 +4,14 @@
 //! writes all files. An [`Observer`] sees how far it is. [`publish`] writes the files of results
 //! that are there already.
 
+pub mod brush;
 pub mod calibration;
+mod checkpoint_file;
+pub mod contact;
 pub mod convergence;
 pub mod forces;
 pub mod removal;
+pub mod vtk_files;
 
 use std::io;
 use std::num::NonZeroUsize;

@@ -1,7 +1,6 @@
 //! `bristle calibrate`.
 
 use std::io;
-use std::ops::ControlFlow;
 use std::path::{Path, absolute};
 use std::process::ExitCode;
 
@@ -11,12 +10,12 @@ use bristle_app::report::figures::{calibration_figures, is_of_calibration};
 use bristle_app::run::calibration::{
     CALIBRATED, OF_CALIBRATION, calibrated_text, write_calibration,
 };
-use bristle_app::run::forces::ForceJournal;
+use bristle_app::run::forces::{ForceJournal, JournaledForces};
 use bristle_app::store::journal_file::JOURNAL;
 use bristle_app::store::staged::{read_table, relative_to};
 use bristle_study::calibrate::{
-    Calibration, FitError, Fitted, Forces, Interrupted, Means, Observer, Problem, Reach, STARTS,
-    Unwatched, calibrate, summary,
+    Calibration, FitError, Fitted, Interrupted, Means, Problem, Reach, STARTS, Unwatched,
+    calibrate, summary,
 };
 use bristle_study::input::measured::{read_points, read_radii};
 use bristle_study::text::shown_path;
@@ -127,9 +126,10 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
         say_kept(kept);
     }
     let stop = stop_on_interrupt();
-    let watch = Watch {
+    let progress = PassProgress::begin("the calibration", 0.0, arguments.job.json);
+    let watch = JournaledForces {
         journal,
-        progress: PassProgress::begin("the calibration", 0.0, arguments.job.json),
+        tell: &|share| progress.tell(share),
     };
     let resources = arguments.job.resources.resources();
     let reach = Reach {
@@ -146,10 +146,7 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
             starts: STARTS,
         },
     );
-    let Watch {
-        mut journal,
-        progress,
-    } = watch;
+    let JournaledForces { mut journal, .. } = watch;
     drop(progress);
     if let Some(journal) = &mut journal {
         journal.settle()?;
@@ -259,28 +256,4 @@ fn from_directory(path: &Path, directory: &Path) -> String {
         .skip(common)
         .map(|part| part.as_os_str().to_string_lossy().into_owned());
     up.chain(down).collect::<Vec<_>>().join("/")
-}
-
-/// Shows progress, and keeps brushes in the journal.
-struct Watch {
-    journal: Option<ForceJournal>,
-    progress: PassProgress,
-}
-
-impl Observer for Watch {
-    fn done(&self, share: f64) {
-        self.progress.tell(share);
-    }
-
-    fn recall(&self, settings: &Settings) -> Option<Forces> {
-        self.journal.as_ref()?.recall(settings)
-    }
-
-    fn keep(&self, settings: &Settings, forces: &Forces) -> ControlFlow<()> {
-        self.journal
-            .as_ref()
-            .map_or(ControlFlow::Continue(()), |journal| {
-                journal.append(settings, *forces)
-            })
-    }
 }

@@ -5,12 +5,13 @@ use std::time::{Duration, Instant};
 
 use bristle::brush::Checkpoint;
 use bristle::model::settings::Settings;
-use bristle_app::store::checkpoint::{CheckpointError, read_checkpoint, write_checkpoint};
-use bristle_app::store::previous::Previous;
-use bristle_app::store::staged::{FileError, StagedFile, read_bytes, remove};
+use bristle_study::text::shown_path;
+use thiserror::Error;
 
-use crate::error::CliError;
-use crate::terminal::say_kept;
+use crate::run::brush::BrushRunError;
+use crate::store::checkpoint::{CheckpointError, read_checkpoint, write_checkpoint};
+use crate::store::previous::Previous;
+use crate::store::staged::{FileError, StagedFile, read_bytes, remove};
 
 /// Name of the file in the results directory.
 pub const CHECKPOINT: &str = "checkpoint.bin";
@@ -18,8 +19,34 @@ pub const CHECKPOINT: &str = "checkpoint.bin";
 /// Maximum share of the time for writing checkpoints.
 const MAX_WRITING_SHARE: f64 = 0.05;
 
+/// A checkpoint from which a brush cannot be resumed.
+#[derive(Debug, Error)]
+#[error(
+    "cannot resume from `{}`: {error}\n{}",
+    shown_path(path),
+    advice(error)
+)]
+pub struct UnusableCheckpoint {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub error: CheckpointError,
+}
+
+fn advice(error: &CheckpointError) -> &'static str {
+    match error {
+        CheckpointError::Foreign => {
+            "help: move the file away, or choose another directory with --out"
+        }
+        _ => {
+            "help: choose another directory with --out to keep this state, \
+             or use --restart to discard it and simulate from the beginning"
+        }
+    }
+}
+
 /// The checkpoint of a running brush.
-pub struct CheckpointFile {
+pub(crate) struct CheckpointFile {
     path: PathBuf,
     settings: Settings,
     frames: usize,
@@ -31,16 +58,18 @@ pub struct CheckpointFile {
 impl CheckpointFile {
     /// Opens the checkpoint in a directory, of a brush with these settings and this number of
     /// frames. Returns it with its state, which `restart` discards. A checkpoint of another brush
-    /// or build moves to `previous`.
-    pub fn open(
+    /// or build moves to `previous`, and `on_kept`
+    /// gets the place.
+    pub(crate) fn open(
         directory: &Path,
         settings: &Settings,
         frames: usize,
         pause: Duration,
         restart: bool,
-    ) -> Result<(Self, Option<Checkpoint>), CliError> {
+        on_kept: impl FnOnce(&Path),
+    ) -> Result<(Self, Option<Checkpoint>), BrushRunError> {
         let path = directory.join(CHECKPOINT);
-        let unusable = |error| CliError::Checkpoint {
+        let unusable = |error| UnusableCheckpoint {
             path: path.clone(),
             error,
         };
@@ -55,14 +84,18 @@ impl CheckpointFile {
         {
             // A file that is not a checkpoint belongs to someone else: not even a restart may
             // discard it.
-            Some(Err(CheckpointError::Foreign)) => return Err(unusable(CheckpointError::Foreign)),
+            Some(Err(CheckpointError::Foreign)) => {
+                return Err(unusable(CheckpointError::Foreign).into());
+            }
             None => None,
             Some(_) if restart => None,
-            Some(Err(CheckpointError::Damaged)) => return Err(unusable(CheckpointError::Damaged)),
+            Some(Err(CheckpointError::Damaged)) => {
+                return Err(unusable(CheckpointError::Damaged).into());
+            }
             Some(Err(CheckpointError::Other | CheckpointError::Format(_))) => {
                 let mut previous = Previous::of(directory);
                 previous.keep(CHECKPOINT)?;
-                previous.path().into_iter().for_each(say_kept);
+                previous.path().map(on_kept);
                 None
             }
             Some(Ok(state)) => Some(state),
@@ -80,12 +113,12 @@ impl CheckpointFile {
     }
 
     /// Returns the path of the file.
-    pub fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
     /// Writes the state if the last attempt is old enough. Returns `true` if it was written.
-    pub fn keep(&mut self, state: impl FnOnce() -> Checkpoint) -> Result<bool, FileError> {
+    pub(crate) fn keep(&mut self, state: impl FnOnce() -> Checkpoint) -> Result<bool, FileError> {
         if self.written.elapsed() < self.pause {
             Ok(false)
         } else {
@@ -94,7 +127,7 @@ impl CheckpointFile {
     }
 
     /// Writes the state in place of the last one, which remains if writing fails.
-    pub fn write(&mut self, state: &Checkpoint) -> Result<(), FileError> {
+    pub(crate) fn write(&mut self, state: &Checkpoint) -> Result<(), FileError> {
         let begun = Instant::now();
         let bytes = write_checkpoint(&self.settings, self.frames, state);
         let written = StagedFile::write(self.path.clone(), |out| out.write_all(&bytes))
@@ -105,7 +138,7 @@ impl CheckpointFile {
     }
 
     /// Removes the file when it is no longer needed.
-    pub fn remove(&self) -> Result<(), FileError> {
+    pub(crate) fn remove(&self) -> Result<(), FileError> {
         remove(&self.path)
     }
 }

@@ -5,23 +5,24 @@ use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use bristle_app::report::vtk::is_file_name;
-use bristle_app::store::digest::digest;
-use bristle_app::store::results::FileHashes;
-use bristle_app::store::staged::{FileError, StagedFile, remove};
+use crate::report::vtk::is_file_name;
+use crate::store::digest::digest;
+use crate::store::results::FileHashes;
+use crate::store::staged::{FileError, StagedFile, remove};
 
 /// Subdirectory of the results for the files.
 pub const VTK: &str = "vtk";
 
 /// Returns the name of the file at a path relative to the directory of the results, as `case.json`
 /// states it; `None` if the file is not in this subdirectory.
+#[must_use]
 pub fn vtk_name(path: &str) -> Option<&str> {
     path.strip_prefix(VTK)?.strip_prefix('/')
 }
 
 /// Writes `files`, names with texts, below `directory` under temporary names, and adds their
 /// `hashes`.
-pub fn stage_vtk(
+pub(crate) fn stage_vtk(
     directory: &Path,
     files: impl Iterator<Item = (String, String)>,
     hashes: &mut FileHashes,
@@ -38,7 +39,10 @@ pub fn stage_vtk(
 /// there is one.
 ///
 /// Removes other files of an earlier run: they would be mistaken for those of this run.
-pub fn commit_vtk(directory: &Path, staged: Vec<StagedFile>) -> Result<Option<PathBuf>, FileError> {
+pub(crate) fn commit_vtk(
+    directory: &Path,
+    staged: Vec<StagedFile>,
+) -> Result<Option<PathBuf>, FileError> {
     let written = staged
         .into_iter()
         .map(StagedFile::commit)
