@@ -15,6 +15,8 @@ const MIN_NORMAL_ACROSS: f64 = 1e-6;
 /// Paths of the penetration depth and of the force that may replace it.
 const DEPTH: &str = "process.penetration_depth_m";
 const FORCE: &str = "process.tool_force_n";
+/// Path of the radius of a bore.
+const RADIUS: &str = "workpiece.radius_m";
 /// Depth at which settings that state a force are checked, over the free length or the clearance,
 /// whichever is smaller.
 const CHECKED_DEPTH_SHARE: f64 = 1e-3;
@@ -126,6 +128,46 @@ impl Settings {
         Ok(())
     }
 
+    /// Checks that filaments can be simulated in a bore narrower than the brush.
+    fn check_tube(&self) -> Result<(), Violation> {
+        let Some(tube) = self.tube() else {
+            return Ok(());
+        };
+        let feed_velocity_m_s = self.workpiece.feed_velocity_m_s;
+        if feed_velocity_m_s != 0.0 {
+            let allowed =
+                "0 in a bore narrower than the brush, which would be fed against the tool";
+            return Err(Violation::of(
+                "workpiece.feed_velocity_m_s",
+                feed_velocity_m_s,
+                allowed,
+            ));
+        }
+        let refused = |allowed: String| {
+            let allowed = format!(
+                "{allowed}: filaments that touch each other all round the tool need a closed ring of \
+                 columns, which is not simulated"
+            );
+            Err(Violation::of(RADIUS, tube.radius, allowed))
+        };
+        if self.brush.is_some() {
+            let least = self.tool_radius_m() - tube.eccentricity();
+            return refused(format!(
+                "at least {least:.4e} with [brush], so that filaments come free; or leave [brush] out, \
+                 or run with --alone"
+            ));
+        }
+        let thickest = self.filament.diameter_m.max(self.filament.tip_diameter_m());
+        let spacing = self.spacing_in(&tube);
+        if spacing < thickest {
+            return refused(format!(
+                "wider, as it squeezes the trim: filaments {thickest:?} m thick would stand \
+                 {spacing:.4e} m apart there"
+            ));
+        }
+        Ok(())
+    }
+
     /// Checks the goal of the removal and the observed edge.
     fn check_removal(&self) -> Result<(), Violation> {
         let Some(removal) = &self.removal else {
@@ -208,7 +250,15 @@ impl Settings {
     /// Checks the conditions between several settings. Each setting must already be valid on its
     /// own.
     pub fn check_relations(&self) -> Result<(), Violation> {
-        if self.process.tool_force_n.is_some() {
+        if let Some(force_n) = self.process.tool_force_n {
+            if self
+                .bore()
+                .is_some_and(|bore| bore.radius < self.tool_radius_m())
+            {
+                let allowed = "left out in a bore narrower than the brush: its radius decides the \
+                               force, and the depth only moves the tool off its axis";
+                return Err(Violation::of(FORCE, force_n, allowed));
+            }
             // A depth so small that only other settings can be wrong.
             let shallow = CHECKED_DEPTH_SHARE * self.filament.length_m.min(self.clearance_m());
             return self
@@ -261,6 +311,7 @@ impl Settings {
         }
         let (_, passage) = Part::of(self)?;
         if passage.all_round {
+            self.check_tube()?;
             return self.check_brush();
         }
         let nominal_angle_rad = passage.window.angle;

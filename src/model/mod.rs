@@ -8,3 +8,4 @@ pub mod pose;
 pub mod record;
 pub mod settings;
 pub mod trim;
+pub mod tube;

@@ -113,6 +113,19 @@ pub(crate) fn bisect(after: impl Fn(f64) -> bool, mut low: f64, mut high: f64) -
     }
 }
 
+/// Returns the part of a ramp that is left at the part `u` of its duration, and its derivative.
+pub(crate) fn part_left(u: f64) -> [f64; 2] {
+    if u >= 1.0 {
+        return [0.0; 2];
+    }
+    // 1 − u³ (10 − 15 u + 6 u²)
+    let v = 1.0 - u;
+    [
+        v * v * v * (1.0 + 3.0 * u + 6.0 * u * u),
+        -30.0 * u * u * v * v,
+    ]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -636,7 +636,7 @@ pub struct ProcessSettings {
     /// `rotational_speed_rpm` instead. May be left out if `[study]` sweeps it.
     pub brushing_velocity_m_s: f64,
     /// Penetration depth `a_e` of the undeformed tool into the workpiece, in m. May be left out if
-    /// `[study]` sweeps it.
+    /// `[study]` sweeps it, or in a bore narrower than the brush, which is then concentric.
     pub penetration_depth_m: f64,
     /// Force `F_n,w` with which the tool is pressed on, in N, in place of the penetration depth,
     /// which is then found; none if the depth is given.

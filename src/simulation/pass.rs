@@ -30,7 +30,7 @@ use crate::model::record::Record;
 use crate::model::settings::{Settings, Turns, unit_normal};
 use crate::model::trim::{self, Trim};
 use crate::tool::{ClampMotion, RotaryTool, Tool, Turning};
-use crate::workpiece::{ContactArc, Part, Passage, ProfileCells, Ramp, Workpiece};
+use crate::workpiece::{ContactArc, Part, Passage, ProfileCells, Ramp, Way, Workpiece};
 
 /// Integration method of every pass (docs/methods.md).
 pub(super) const METHOD: &Tableau = &ESDIRK54;
@@ -270,16 +270,24 @@ impl Pass {
             shape: self.setting.shape.as_ref(),
         };
         let deepest = rigid.depth() * (1.0 + 1e-3) + START_CLEARANCE_SHARE * self.filament_length;
-        let way = scale(
-            settings.process.penetration_depth_m.max(deepest),
-            unit_normal(&settings.workpiece),
-        );
+        let way = match settings.tube() {
+            Some(_) => Way::Inwards(deepest),
+            None => Way::Along(scale(
+                settings.process.penetration_depth_m.max(deepest),
+                unit_normal(&settings.workpiece),
+            )),
+        };
         let ramp = Ramp {
             way,
             duration: TAU / self.filament.motion.rate,
         };
         self.filament.workpiece = self.filament.workpiece.on_ramp(ramp);
-        self.form = Form::Spatial;
+        if !self.filament.workpiece.is_planar() {
+            self.form = Form::Spatial;
+        }
+        if settings.starts_leaning() {
+            self.filament.motion.tool.leans_from = Some(self.filament.motion.initial_angle);
+        }
         self
     }
 }

@@ -9,11 +9,12 @@ mod sampled;
 
 pub use sampled::{SampledTool, SamplesError};
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::equations::dispatch::{Loop, dispatch};
 use crate::equations::linear::{add, scale};
 use crate::equations::{Clamp, Lanewise, PolarAxis, find_pole, sin_cos};
+use crate::model::passage::part_left;
 pub use crate::model::pose::Pose;
 use crate::model::settings::Settings;
 pub use crate::model::trim::{Place, Trim, places};
@@ -178,7 +179,14 @@ pub struct RotaryTool {
     pub elevation: f64,
     /// Additional tilt `τ` of the clamp in the same sense, in rad: an imperfection.
     pub lateral_tilt: f64,
+    /// Angle of the tool in rad at which the clamp of a radial filament leans by [`LEAN`] against
+    /// the rotation; over the turn from there on it comes upright. `None` if it is so always.
+    pub leans_from: Option<f64>,
 }
+
+/// Lean in rad of a straight filament that would buckle to either side (MODEL, "A bore narrower than
+/// the brush").
+pub const LEAN: f64 = 1e-3;
 
 impl RotaryTool {
     /// Creates a radial filament in the plane of rotation, on a body of `body_radius` (m).
@@ -188,6 +196,7 @@ impl RotaryTool {
             height: 0.0,
             elevation: 0.0,
             lateral_tilt: 0.0,
+            leans_from: None,
         }
     }
 
@@ -206,7 +215,17 @@ impl RotaryTool {
             height,
             elevation: trim.elevation,
             lateral_tilt,
+            leans_from: None,
         }
+    }
+
+    /// Returns the angle in rad by which the clamp is ahead of the root at the `angle` of the tool (rad), and
+    /// its derivative.
+    fn ahead(&self, angle: f64) -> [f64; 2] {
+        self.leans_from.map_or([0.0; 2], |from| {
+            let [left, slope] = part_left((angle - from) / TAU);
+            [-LEAN * left, -LEAN * slope / TAU]
+        })
     }
 
     /// Returns the angle `ε` of the clamp out of the plane of rotation in rad.
@@ -217,7 +236,22 @@ impl RotaryTool {
 
 impl Tool for RotaryTool {
     fn clamp(&self, angle: f64, rate: f64) -> Clamp<f64> {
-        let clamp = radial_clamp(self.root_radius, angle, rate, 0.0);
+        let mut clamp = radial_clamp(self.root_radius, angle, rate, 0.0);
+        if self.leans_from.is_some() {
+            let [ahead, slope] = self.ahead(angle);
+            let Clamp {
+                direction,
+                direction_rate,
+                angular_velocity,
+                ..
+            } = radial_clamp(self.root_radius, angle + ahead, rate * (1.0 + slope), 0.0);
+            clamp = Clamp {
+                direction,
+                direction_rate,
+                angular_velocity,
+                ..clamp
+            };
+        }
         if self.is_planar() {
             return clamp;
         }
@@ -236,7 +270,8 @@ impl Tool for RotaryTool {
         angles: T,
         rates: T,
     ) -> Clamp<T> {
-        if (0..T::LANES).any(|lane| tool(lane).inclination() != 0.0) {
+        let is_radial = |lane| tool(lane).inclination() == 0.0 && tool(lane).leans_from.is_none();
+        if !(0..T::LANES).all(is_radial) {
             return Clamp::from_lanes(|lane| tool(lane).clamp(angles.lane(lane), rates.lane(lane)));
         }
         let clamp = dispatch(RadialClamp {
@@ -261,7 +296,11 @@ impl Tool for RotaryTool {
     }
 
     fn undeformed(&self, angle: f64, rate: f64) -> [[f64; 2]; 2] {
-        [[FRAC_PI_2 - self.inclination(), angle], [0.0, rate]]
+        let [ahead, slope] = self.ahead(angle);
+        [
+            [FRAC_PI_2 - self.inclination(), angle + ahead],
+            [0.0, rate * (1.0 + slope)],
+        ]
     }
 }
 
@@ -341,6 +380,7 @@ mod tests {
         height: 0.0,
         elevation: 0.0,
         lateral_tilt: 0.2,
+        leans_from: None,
     };
 
     /// A round tool that leaves its coordinates to the default.

@@ -275,6 +275,7 @@ mod tests {
     fn sampled(count: usize) -> (RotaryTool, SampledTool) {
         let round = RotaryTool {
             lateral_tilt: 0.2,
+            leans_from: None,
             ..RotaryTool::radial(0.14)
         };
         let clamps = (0..count).map(|k| round.clamp(TAU * k as f64 / count as f64, 0.0));

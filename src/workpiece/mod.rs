@@ -27,7 +27,7 @@ pub use cells::{Cell, ProfileCells};
 pub use outline::Outline;
 pub use part::Part;
 pub use plane::Plane;
-pub use posed::{Placement, Posed, Ramp};
+pub use posed::{Placement, Posed, Ramp, Way};
 pub use profile::{Profile, Stretch};
 pub use spline::{Foot, Spline, SplineError};
 

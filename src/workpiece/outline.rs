@@ -85,9 +85,14 @@ impl Curve {
                 let offset = sub(position, centre);
                 let distance = dot(offset, offset).sqrt();
                 let sign = if convex { 1.0 } else { -1.0 };
+                // At the centre every direction is one.
+                let normal = match distance > 0.0 {
+                    true => scale(sign / distance, offset),
+                    false => [0.0, 1.0],
+                };
                 Seen {
                     gap: sign * (distance - radius),
-                    normal: scale(sign / distance, offset),
+                    normal,
                     curvature: sign / radius,
                     past: f64::NEG_INFINITY,
                 }
@@ -236,6 +241,8 @@ pub(super) fn touches(
     points: usize,
     reach: f64,
 ) -> Vec<[f64; 2]> {
+    /// Pieces of a curve at least, which may go round the axis.
+    const PIECES: usize = 8;
     if start >= end {
         return Vec::new();
     }
@@ -248,7 +255,8 @@ pub(super) fn touches(
             cross(point, direction) > 0.0,
         ]
     };
-    let mut cuts = vec![start];
+    // A piece must be seen from the axis under less than half a turn: below, its angles are joined.
+    let mut cuts: Vec<f64> = (0..PIECES).map(|i| place(i * points / PIECES)).collect();
     let mut before = sides(start);
     for i in 0..points {
         let after = sides(place(i + 1));

@@ -1,6 +1,6 @@
 //! The workpieces of the settings.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 use super::outline::Corner;
@@ -84,6 +84,7 @@ impl Part {
         };
         let passage = match (&part, plane) {
             (_, None) if workpiece.kind.is_plane() => Passage::all_round(PI),
+            _ if settings.tube().is_some() => Passage::all_round(FRAC_PI_2),
             (_, Some(arc)) if workpiece.kind.is_plane() => match depth > 0.0 {
                 true => arc.into(),
                 false => Passage {
@@ -253,28 +254,23 @@ fn placed(corners: &[Corner], turn: f64, [x, y]: [f64; 2], side: Side) -> (Vec<C
     }
 }
 
-/// Checks that the body fits into a bore, and that the filaments come free in it.
+/// Checks that every root lies inside a bore, and that filaments come free in it unless it is a
+/// tube.
 fn check_bore(settings: &Settings, radius_m: f64, [x, y]: [f64; 2]) -> Result<(), Violation> {
     let (body, length) = (settings.tool.body_radius_m, settings.filament.length_m);
     let distance = x.hypot(y);
     let violation = |allowed: String| Violation::of("workpiece.radius_m", radius_m, allowed);
-    let least = body + length - settings.process.penetration_depth_m;
-    if radius_m <= least {
+    let farthest = distance + body + settings.filament.diameter_m / 2.0;
+    if farthest >= radius_m {
         return Err(violation(format!(
-            "greater than {least:.4e}, the distance of the bore from the tool axis, in m"
+            "greater than {farthest:.4e}: every root must lie inside the bore, whose axis is \
+             {distance:.4e} m from the tool’s; without a depth both are one"
         )));
     }
-    if distance + body >= radius_m {
+    if settings.tube().is_none() && distance + radius_m <= body + length {
         return Err(violation(format!(
-            "such that the brush body fits: greater than {:.4e}, in m",
-            distance + body
-        )));
-    }
-    if distance + radius_m <= body + length {
-        let allowed =
-            "such that the filaments come free in the bore: it must be wider than the brush";
-        return Err(violation(format!(
-            "{allowed}, greater than {:.4e}, in m",
+            "greater than {:.4e}, in m, so that the filaments come free in the bore: they touch it \
+             all round only on tools that are round and not tilted",
             body + length - distance
         )));
     }

@@ -6,14 +6,24 @@ use std::sync::Arc;
 use super::{ContactArc, Edge, Passage, ProfileCells, Surface, Workpiece, bisect};
 use crate::equations::Clamp;
 use crate::equations::linear::{add, scale, sub};
+use crate::model::passage::part_left;
 use crate::tool::{Pose, RotaryTool, Tool};
+
+/// Distance of a workpiece from its place at first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Way {
+    /// Vector in m along its outward normal, in its own frame.
+    Along([f64; 3]),
+    /// Distance in m by which its whole surface recedes into the material: a bore is wider by it.
+    Inwards(f64),
+}
 
 /// Ramp on which a workpiece comes up to its place: from rest to rest, twice differentiable in
 /// time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {
-    /// Way in m along the outward normal, in the workpiece's own frame.
-    pub way: [f64; 3],
+    /// Distance to its place at the start.
+    pub way: Way,
     /// Duration in s, from time zero on.
     pub duration: f64,
 }
@@ -21,16 +31,8 @@ pub struct Ramp {
 impl Ramp {
     /// Returns the part of the way that is left at `time` (s), and its rate in 1/s.
     fn left(&self, time: f64) -> [f64; 2] {
-        let u = time / self.duration;
-        if u >= 1.0 {
-            return [0.0; 2];
-        }
-        // 1 − u³ (10 − 15 u + 6 u²)
-        let v = 1.0 - u;
-        [
-            v * v * v * (1.0 + 3.0 * u + 6.0 * u * u),
-            -30.0 * u * u * v * v / self.duration,
-        ]
+        let [left, rate] = part_left(time / self.duration);
+        [left, rate / self.duration]
     }
 }
 
@@ -52,25 +54,38 @@ impl Placement {
     pub fn local(&self, position: [f64; 3], time: f64) -> [f64; 3] {
         let position = self.pose.from_tool(position);
         match &self.ramp {
-            None => position,
-            Some(ramp) => {
+            Some(
+                ramp @ Ramp {
+                    way: Way::Along(way),
+                    ..
+                },
+            ) => {
                 let [left, _] = ramp.left(time);
-                add(position, scale(left, ramp.way))
+                add(position, scale(left, *way))
             }
+            _ => position,
         }
     }
 
     /// Maps a surface at `time` (s) to the tool's frame.
     #[inline]
     pub fn seen(&self, surface: &Surface, time: f64) -> Surface {
-        let mut velocity = surface.velocity;
+        let (mut gap, mut velocity) = (surface.gap, surface.velocity);
         if let Some(ramp) = &self.ramp {
-            let [_, rate] = ramp.left(time);
-            velocity = sub(velocity, scale(rate, ramp.way));
+            let [left, rate] = ramp.left(time);
+            let way = match ramp.way {
+                Way::Along(way) => way,
+                Way::Inwards(depth) => {
+                    gap += left * depth;
+                    scale(depth, surface.normal)
+                }
+            };
+            velocity = sub(velocity, scale(rate, way));
         }
         let [normal, across, velocity] =
             [surface.normal, surface.across, velocity].map(|vector| self.pose.to_tool(vector));
         Surface {
+            gap,
             normal,
             across,
             velocity,
@@ -288,8 +303,16 @@ impl<W: Workpiece> Workpiece for Posed<W> {
         &self.edges
     }
 
-    /// Returns `true` only for a plane whose normal is across the axis.
+    /// Returns `true` for a plane whose normal is across the axis, and for a surface that recedes as
+    /// a whole.
     fn is_planar(&self) -> bool {
+        if let Some(Ramp {
+            way: Way::Inwards(_),
+            ..
+        }) = self.placement.ramp
+        {
+            return self.placement.pose == Pose::UPRIGHT && self.part.is_planar();
+        }
         let surface = self.surface([0.0; 3], 0.0);
         self.is_flat()
             && !self.placement.has_ramp()

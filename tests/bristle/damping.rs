@@ -302,6 +302,7 @@ fn a_sampled_tool_turns_with_its_body_where_its_samples_do() {
     assert!((clamp.angular_velocity[2] - 50.0 * 0.2 * 0.3_f64.cos()).abs() < 1e-9);
     let tilted = RotaryTool {
         lateral_tilt: 0.3,
+        leans_from: None,
         ..RotaryTool::radial(0.14)
     }
     .clamp(0.3, 50.0);

@@ -31,6 +31,7 @@ mod shortcuts;
 mod slow;
 #[cfg(feature = "serde")]
 mod space;
+mod tubes;
 mod turns;
 mod work;
 mod workpieces;

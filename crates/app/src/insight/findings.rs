@@ -12,7 +12,7 @@ use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
 use bristle::model::parameters::Parameter;
 use bristle::model::settings::{MAX_TURNS, Settings, Turns};
 use bristle::simulation::{Pass, Statistics};
-use bristle::tool::Trim;
+use bristle::tool::{LEAN, Trim};
 use bristle::workpiece::{Edge, Part, Workpiece};
 use bristle_study::grid::{
     CaseResult, DEPTH, FORCE, Interaction, Study, TURNS, VELOCITY, equation,
@@ -168,7 +168,7 @@ pub const RULES: &[Rule] = &[
             )
         },
         help: |case, _, _| {
-            if !Trim::of(case.settings).is_radial() {
+            if !Trim::of(case.settings).is_radial() || case.settings.tube().is_some() {
                 return None;
             }
             let ends = if is_posed(case.settings) {
@@ -380,6 +380,28 @@ pub const RULES: &[Rule] = &[
             )
         },
         help: |_, _, _| Some("a slightly different force or speed may have a depth".to_owned()),
+    },
+    Rule {
+        id: "B014",
+        quantity: "contact.friction_coefficient",
+        meaning: "In a bore narrower than the brush a straight filament is pressed along its own axis. Without friction it would buckle to \
+                  either side; the pass starts with a lean of 0.001 rad against the rotation, which decides it. Real filaments rub, and \
+                  trail.",
+        judge: |case| {
+            case.outcome?;
+            case.settings.starts_leaning().then_some(Judgement {
+                value: 0.0,
+                limit: 0.0,
+                excess: 1.0,
+            })
+        },
+        statement: |_, _| {
+            format!(
+                "filaments without friction buckle to either side in this bore: the pass starts with a lean of {LEAN} rad against the \
+                 rotation"
+            )
+        },
+        help: |_, _, _| Some("under [contact]: friction_coefficient = 0.3".to_owned()),
     },
 ];
 
@@ -679,8 +701,8 @@ mod tests {
 
     #[test]
     fn rules_are_numbered_and_their_words_are_short() {
-        for (number, rule) in RULES.iter().enumerate() {
-            assert_eq!(rule.id, format!("B{:03}", number + 1));
+        assert!(RULES.is_sorted_by(|before, rule| before.id < rule.id));
+        for rule in RULES {
             for sentence in rule.meaning.split_inclusive(". ") {
                 let words = sentence.split_whitespace().count();
                 assert!(words <= 30, "{sentence}");

@@ -75,6 +75,10 @@ pub(crate) fn moved(pass: &Pass, time: f64) -> [f64; 3] {
         return scale(time, velocity(time));
     }
     let last = velocity(arrival);
+    // A tube narrows in its place.
+    if pass.workpiece().is_planar() {
+        return scale(time, last);
+    }
     let left = (arrival - time).max(0.0);
     let to_come = GAUSS.iter().fold([0.0; 3], |sum, [point, weight]| {
         let at = arrival - left * (1.0 - point) / 2.0;

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use bristle::model::settings::ToolKind;
 use bristle_app::store::staged::{FileError, StagedFile};
 use bristle_study::input::first_file::{
-    ANGLE, Answers, FirstFile, LENGTH, MODULUS, QUESTIONS, Question, SIZE, Size, TILT, WIDTH,
-    first_file, reach_m,
+    ANGLE, Answers, FirstFile, LENGTH, MAX_DEPTH, MODULUS, QUESTIONS, Question, SIZE, Size, TILT,
+    WIDTH, first_file, is_tube, reach_m,
 };
 use bristle_study::input::materials::{MATERIALS, Material};
 use bristle_study::input::plausibility::warnings;
@@ -44,6 +44,10 @@ pub struct NewArgs {
     /// Radius of the brush body, in mm
     #[arg(long, value_name = "MM", group = "size", value_parser = size)]
     body_radius_mm: Option<f64>,
+    /// Diameter of the bore in which the brush works, in mm: the depth of a brush that is wider
+    /// follows from it [default: a plane workpiece]
+    #[arg(long, value_name = "MM", value_parser = size)]
+    bore_diameter_mm: Option<f64>,
     /// Material of the filaments, such as PA6.12, for their density and modulus [default: not
     /// stated]
     #[arg(long, value_name = "NAME", value_parser = parse_material)]
@@ -109,6 +113,11 @@ impl NewArgs {
             .or(self.body_radius_mm.map(Size::BodyRadius));
         self.tool_diameter_mm.map(Size::ToolDiameter).or(body)
     }
+
+    /// The radius of the bore in m, if there is one.
+    fn bore_radius_m(&self) -> Option<f64> {
+        self.bore_diameter_mm.map(|diameter_m| diameter_m / 2.0)
+    }
 }
 
 /// Runs the command.
@@ -132,7 +141,13 @@ pub fn run(arguments: &NewArgs) -> Result<(), CliError> {
         text,
         unusual,
         note,
-    } = first_file(kind, answers, material, &name.to_string_lossy())?;
+    } = first_file(
+        kind,
+        answers,
+        material,
+        arguments.bore_radius_m(),
+        &name.to_string_lossy(),
+    )?;
     warnings(&unusual).iter().for_each(say);
     if !note.is_empty() {
         say(layout::note(&note));
@@ -178,7 +193,12 @@ fn answered(
         let sizes_m = answers[LENGTH].zip(answers[WIDTH]);
         let reach_m =
             sizes_m.map(|(length_m, width_m)| reach_m(kind, answers[ANGLE], [length_m, width_m]));
-        if position == TILT || (position == ANGLE && kind != ToolKind::Cone) {
+        let follows = position == MAX_DEPTH && is_tube(kind, &answers, arguments.bore_radius_m());
+        if follows && answers[position].is_some() {
+            let left_out = "leave --max-depth-mm out: in a bore narrower than the brush the depth follows from the diameters";
+            return Err(CliError::Answer(left_out.to_owned()));
+        }
+        if position == TILT || (position == ANGLE && kind != ToolKind::Cone) || follows {
             continue;
         } else if let (SIZE, Some(size)) = (position, arguments.size()) {
             let body_radius_m = reach_m.map(|reach_m| size.body_radius_m(reach_m));

@@ -121,6 +121,29 @@ fn a_first_file_of_a_cup_runs_and_says_why_it_has_no_brush() {
 }
 
 #[test]
+fn a_first_file_of_a_tube_needs_no_depth() {
+    let directory = Workspace::new();
+    let sizes = "--tool-diameter-mm 32 --width-mm 30 --length-mm 12 --diameter-mm 0.2 --max-rpm 3000 --filaments 900";
+    let said = directory.said(&format!("new tube.toml --bore-diameter-mm 29 {sizes}"));
+    has(
+        &words(&said),
+        &["Those in a bore narrower than the brush are simulated alone"],
+    );
+    let quick = "--no-figures --set filament.segments=4";
+    let said = directory.told(&format!("simulate tube.toml --out one {quick}"));
+    has(
+        &said,
+        &["B014", "under [contact]: friction_coefficient = 0.3"],
+    );
+    let ratio = directory.number("one/metrics.json", "contact_time_ratio");
+    assert_eq!(ratio, 1.0);
+    directory.refuses(
+        &format!("new wide.toml --bore-diameter-mm 40 {sizes}"),
+        &["--max-depth-mm"],
+    );
+}
+
+#[test]
 fn the_filaments_along_a_trim_are_in_a_file() {
     let upright = ROUND.to_owned() + "penetration_depth_m = 1e-3\n";
     let tilted = upright.replacen("[tool]\n", "[tool]\ntilt_rad = 0.02\npositions = 3\n", 1);

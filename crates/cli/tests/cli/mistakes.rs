@@ -164,7 +164,7 @@ const WORKPIECES: &[&str] = &[
     // Numbers that contradict each other.
     "kind = 'chamfer'\nchamfer_width_m = 1e-3\nedge_radius_m = 2e-3",
     "kind = 'chamfer'\nedge_radius_m = 2e-4\nchamfer_width_m = 1e-3\nchamfer_angle_rad = 1.6",
-    "kind = 'bore'\nradius_m = 0.1795",
+    "kind = 'bore'\nradius_m = 0.1404",
 ];
 
 /// Invalid sections `[study]`.

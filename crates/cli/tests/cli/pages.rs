@@ -380,8 +380,10 @@ fn edges_are_worked_as_the_page_says() {
     let page = include_str!("../../../../docs/edges.md");
     let directory = check(&DocumentPage {
         text: page,
-        counts: (13, 5),
+        counts: (15, 6),
         files: &[
+            "tube/figures/profile_drawn.svg",
+            "beside/metrics.json",
             "leaving/figures/profile_drawn.svg",
             "entering/figures/profile_unrolled.svg",
             "entering/profile.csv",
@@ -398,6 +400,8 @@ fn edges_are_worked_as_the_page_says() {
             "worn/figures/worn_force.svg",
         ],
         metrics: "
+tube turns 2.0 1.0
+beside tool_contact_normal_force_n 5.73 0.01
 leaving contact_normal_impulse_n_s 1.07e-3 0.01e-3
 leaving edge_share 0.001 0.001
 leaving tool_torque_n_m 6.08 0.01
@@ -443,4 +447,8 @@ pipe friction_work_j 6.50e-3 0.01e-3",
         .split_once("\n# The coefficient")
         .expect("the coefficient");
     assert!(page.contains(sections));
+    let (_, tube) = include_str!("../../../../examples/tube.toml")
+        .split_once("\n\n")
+        .expect("a heading");
+    assert!(page.contains(tube));
 }

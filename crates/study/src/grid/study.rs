@@ -415,7 +415,7 @@ impl Study {
     }
 
     /// Returns `true` if filaments may touch the workpiece during the whole turn: on tools that are
-    /// tilted or whose filaments are not radial.
+    /// tilted or whose filaments are not radial, or in bores narrower than the brush.
     fn may_touch_all_round(&self) -> bool {
         let swept = self
             .sweep("tool.tilt_rad")
@@ -425,7 +425,11 @@ impl Study {
             settings.process.turns.is_none()
                 && (settings.tool.tilt_rad() != 0.0 || !Trim::of(settings).is_radial())
         };
-        swept || self.tools.iter().any(|tool| tilted(&tool.settings))
+        let narrow =
+            |settings: Settings| settings.process.turns.is_none() && settings.tube().is_some();
+        swept
+            || self.tools.iter().any(|tool| tilted(&tool.settings))
+            || self.each_tool_at_its_ends().any(narrow)
     }
 
     /// Returns all settings of one case, counted from 0.
@@ -443,7 +447,7 @@ impl Study {
         for (parameter, value) in own.into_iter().chain(held.iter().copied()).chain(others) {
             parameter.set(&mut settings, value);
         }
-        settings
+        settings.with_default_depth()
     }
 
     /// Returns the settings of each tool at the first and at the last values of all sweeps.
@@ -459,7 +463,7 @@ impl Study {
                         );
                     }
                 }
-                settings
+                settings.with_default_depth()
             })
         })
     }

@@ -50,6 +50,8 @@ pub const MODULUS: usize = 4;
 pub const WIDTH: usize = 5;
 /// Position of the size of the brush, whose answer needs the reach of the filaments.
 pub const SIZE: usize = 6;
+/// Position of that for the largest depth, which a bore narrower than the brush answers.
+pub const MAX_DEPTH: usize = 10;
 
 /// The answers to all questions, each in the unit of its setting; `None` stands for the default.
 pub type Answers = [Option<f64>; QUESTIONS.len()];
@@ -144,6 +146,17 @@ const fn question(
         path,
         unit,
     }
+}
+
+/// Returns `true` if a bore of the radius `bore_m` (m) is narrower than the round brush of the
+/// answers. Its depth then has a default.
+#[must_use]
+pub fn is_tube(kind: ToolKind, answers: &Answers, bore_m: Option<f64>) -> bool {
+    let reach_m = answers[SIZE].zip(answers[LENGTH]);
+    kind == ToolKind::Round
+        && bore_m
+            .zip(reach_m)
+            .is_some_and(|(bore_m, (body_m, length_m))| bore_m < body_m + length_m)
 }
 
 /// Statement of the size of a brush, in m.
@@ -326,7 +339,8 @@ pub struct FirstFile {
 
 /// Makes an input file with a study up to the machine's limits, from the answers to [`QUESTIONS`]
 /// about a tool of some kind. The material of the filaments is given if known. A question without
-/// an answer has its default, which the file does not state. `name` is that of the file.
+/// an answer has its default, which the file does not state. The workpiece is a plane, or a bore of
+/// the radius `bore_m` (m). `name` is that of the file.
 ///
 /// # Errors
 /// If the answers make no brush that can be simulated.
@@ -337,8 +351,10 @@ pub fn first_file(
     kind: ToolKind,
     answers: Answers,
     material: Option<&'static Material>,
+    bore_m: Option<f64>,
     name: &str,
 ) -> Result<FirstFile, InputError> {
+    let is_tube = is_tube(kind, &answers, bore_m);
     let [angle, tilt, others @ ..] = answers;
     let mut questions = QUESTIONS[TILT + 1..].iter();
     let [
@@ -353,7 +369,14 @@ pub fn first_file(
         depth,
     ] = others.map(|answer| {
         let question = questions.next().expect("each answer has its question");
-        answer.unwrap_or_else(|| question.default_answer())
+        let has_none = is_tube && question.path == DEPTH;
+        answer.unwrap_or_else(|| {
+            if has_none {
+                0.0
+            } else {
+                question.default_answer()
+            }
+        })
     });
     let [_, _, has_modulus, _, _, _, has_friction, _, _] = others.map(|answer| answer.is_some());
     let count = if filaments < 1.0 { SHARE } else { COUNT };
@@ -439,16 +462,26 @@ pub fn first_file(
             "contact",
             &[("contact.friction_coefficient", friction, has_friction), (CONTACT_STIFFNESS, stiffness, false)],
         ),
-        section("process", &[(SPEED, rounded(speed / 2.0), true), (DEPTH, rounded(depth / 2.0), true)]),
-        "# tool_force_n = 50                 # in place of the depth, which is then found\n".to_owned(),
+        bore_m.map_or_else(String::new, section_of_bore),
+        section("process", &[(SPEED, rounded(speed / 2.0), true)]),
+        match is_tube {
+            true => "# The depth follows from the radii: brush and bore have one axis.\n".to_owned(),
+            false => {
+                line("", DEPTH, rounded(depth / 2.0))
+                    + "# tool_force_n = 50                 # in place of the depth, which is then found\n"
+            }
+        },
         format!(
-            "\n[study]                            # up to the limits of the machine\nrotational_speed_rpm = [{}]\n\
-             penetration_depth_m = [{}]\n\n\
-             # [goal]                           # what the study is to answer; `bristle explain goal`\n\
-             # target_force_n = 50\n",
-            shares(speed, 6),
-            shares(depth, 4)
+            "\n[study]                            # up to the limits of the machine\nrotational_speed_rpm = [{}]\n",
+            shares(speed, 6)
         ),
+        match is_tube {
+            true => String::new(),
+            false => format!("penetration_depth_m = [{}]\n", shares(depth, 4)),
+        },
+        "\n# [goal]                           # what the study is to answer; `bristle explain goal`\n\
+         # target_force_n = 50\n"
+            .to_owned(),
     ]
     .concat();
     let alone = head(
@@ -457,8 +490,8 @@ pub fn first_file(
     ) + &sections;
     let settings = Document::parse(&alone, name)?.settings()?;
     let is_packed = tip_spacing(&settings) < PACKED;
-    let note = if is_packed && !Trim::of(&settings).is_radial() {
-        apart(&settings)
+    let note = if is_packed && (is_tube || !Trim::of(&settings).is_radial()) {
+        apart(&settings, is_tube)
     } else {
         String::new()
     };
@@ -515,10 +548,24 @@ fn line_in_degrees((path, value): (&str, Option<f64>)) -> String {
     format!("{setting:34} # {symbol}: {name}, in degrees\n")
 }
 
-/// Explains why filaments that touch each other are simulated alone.
-fn apart(settings: &Settings) -> String {
+/// Returns the section of a bore of this radius in m.
+fn section_of_bore(radius_m: f64) -> String {
+    let kind = format!("{:34} # around the tool", "kind = \"bore\"");
     format!(
-        "The tips are {} diameters apart: filaments touch each other. Those of axial and conical trims are simulated alone all the same, \
+        "\n[workpiece]\n{kind}\n{}",
+        line("", "workpiece.radius_m", radius_m)
+    )
+}
+
+/// Why filaments that touch each other are simulated alone.
+fn apart(settings: &Settings, is_tube: bool) -> String {
+    let which = if is_tube {
+        "Those in a bore narrower than the brush"
+    } else {
+        "Those of axial and conical trims"
+    };
+    format!(
+        "The tips are {} diameters apart: filaments touch each other. {which} are simulated alone all the same, \
          so that there is no section [brush] here.",
         short(tip_spacing(settings))
     )
@@ -618,7 +665,7 @@ mod tests {
     }
 
     fn file(answers: Answers, material: Option<&'static Material>) -> FirstFile {
-        first_file(ToolKind::Round, answers, material, "brush.toml").expect("a brush")
+        first_file(ToolKind::Round, answers, material, None, "brush.toml").expect("a brush")
     }
 
     #[test]
@@ -691,7 +738,7 @@ mod tests {
             "{unusual:?}"
         );
         answers[10] = Some(50e-3);
-        let wrong = first_file(ToolKind::Round, answers, None, "brush.toml");
+        let wrong = first_file(ToolKind::Round, answers, None, None, "brush.toml");
         assert!(
             wrong
                 .expect_err("too deep")
@@ -719,6 +766,7 @@ mod tests {
             ToolKind::Cup,
             answers(ToolKind::Cup, None),
             None,
+            None,
             "brush.toml",
         )
         .expect("a cup");
@@ -745,7 +793,7 @@ mod tests {
 
         let angle = Some(30_f64.to_radians());
         let mut of_cone = answers(ToolKind::Cone, angle);
-        let cone = first_file(ToolKind::Cone, of_cone, None, "brush.toml")
+        let cone = first_file(ToolKind::Cone, of_cone, None, None, "brush.toml")
             .expect("a cone")
             .text;
         assert!(
@@ -761,7 +809,7 @@ mod tests {
             .fold(0.0, f64::max);
         assert!((largest - 0.035).abs() < 1e-9, "{largest}");
         of_cone[ANGLE] = None;
-        let missing = first_file(ToolKind::Cone, of_cone, None, "brush.toml")
+        let missing = first_file(ToolKind::Cone, of_cone, None, None, "brush.toml")
             .expect_err("no angle")
             .to_string();
         assert!(

@@ -578,6 +578,9 @@ fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value
                 "process.penetration_depth_m" if base.process.tool_force_n.is_some() => {
                     json!("found for the force")
                 }
+                "process.penetration_depth_m" if number == 0.0 => {
+                    json!("left out: brush and bore have one axis")
+                }
                 "process.tool_force_n" if base.process.tool_force_n.is_none() => {
                     json!("none: the depth is stated")
                 }

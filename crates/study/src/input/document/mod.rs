@@ -377,7 +377,8 @@ impl<'t> Document<'t> {
 
     /// Returns the settings that the file states, regardless of its sweeps.
     pub fn settings(&self) -> Result<Settings, InputError> {
-        self.build(None, &[]).map(|built| built.settings)
+        let built = self.build(None, &[])?;
+        Ok(built.settings.with_default_depth())
     }
 
     /// Returns `true` if the file sweeps settings, or compares tools.
@@ -674,6 +675,7 @@ impl<'t> Document<'t> {
         }
         let mut plain = table.clone();
         let followed = self.take_followed(&mut plain)?;
+        let has_default_depth = self.take_default_depth(&table, &mut plain);
         let workpiece = plain.remove(WORKPIECE);
         let root = Spanned::new(self.end(), plain);
         let mut settings = Settings::deserialize(Deserializer::from(root)).map_err(|error| {
@@ -704,7 +706,16 @@ impl<'t> Document<'t> {
                 .iter()
                 .for_each(|(parameter, value)| parameter.set(&mut settings, *value));
         }
-        check(&settings).map_err(|violation| {
+        let mut complete = settings.clone();
+        if has_default_depth {
+            settings.process.penetration_depth_m = 0.0;
+            complete = settings.clone().with_default_depth();
+            let is_missing = complete.process.penetration_depth_m == 0.0;
+            if let Some(error) = is_missing.then(|| self.missing(&table)).flatten() {
+                return Err(error);
+            }
+        }
+        check(&complete).map_err(|violation| {
             let cause = followed
                 .iter()
                 .find(|(parameter, _)| parameter.instead_of == violation.path);
@@ -720,6 +731,24 @@ impl<'t> Document<'t> {
             table,
             followed,
         })
+    }
+
+    /// Puts a value that passes the checks in the place of a depth that the file leaves to its
+    /// default, which follows from the settings of each case. Returns `true` if it does so.
+    fn take_default_depth<'a>(&self, table: &DeTable<'_>, plain: &mut DeTable<'a>) -> bool {
+        let depth = Parameter::find(DEPTH).expect("the table has the depth");
+        let is_bore = find(table, "workpiece.kind")
+            .is_some_and(|kind| kind.get_ref().as_str() == Some("bore"));
+        let is_left_out = is_bore && stated(table, depth).next().is_none();
+        if is_left_out
+            && let Some(section) = options::section_in(plain, depth.section(), &self.end())
+        {
+            section.insert(
+                Spanned::new(self.end(), Cow::Borrowed(depth.key())),
+                Spanned::new(self.end(), number_of("1.0")),
+            );
+        }
+        is_left_out
     }
 
     /// Checks that no element of a vector was left out when the `settings` were read: serde takes

@@ -1,5 +1,5 @@
 use crate::grid::{Sweep, TOOL, VELOCITY};
-use bristle::model::settings::WorkpieceKind;
+use bristle::model::settings::{Settings, WorkpieceKind};
 use serde_json::{Value, json};
 
 use super::Document;
@@ -26,6 +26,32 @@ fn metal_wires_have_a_stiff_contact_by_default() {
     assert!((found / steel - 1.0).abs() < 1e-12, "{found}");
     let stated = stiffness("material = \"steel\"", "[contact]\nstiffness_n_m = 3e5");
     assert_eq!(stated, 3e5);
+}
+
+/// The depth of a bore that is narrower than the brush follows from the radii of each case.
+#[test]
+fn a_bore_narrower_than_the_brush_is_concentric_without_a_depth() {
+    let text = FILE.replace(
+        "penetration_depth_m = 1.0e-3\n",
+        "[workpiece]\nkind = \"bore\"\nradius_m = 0.175\n",
+    );
+    let settings = |text: &str| Document::parse(text, "tube").and_then(|file| file.settings());
+    let depth = |settings: Settings| settings.process.penetration_depth_m;
+    assert!((depth(settings(&text).expect("settings")) - 5e-3).abs() < 1e-15);
+    let stated = text.replace("10.0\n", "10.0\npenetration_depth_m = 6e-3\n");
+    assert_eq!(depth(settings(&stated).expect("settings")), 6e-3);
+    let wide = settings(&text.replace("0.175", "0.2")).expect_err("no depth");
+    assert!(wide.to_string().contains("penetration_depth_m"), "{wide}");
+
+    let swept = format!("{text}[study]\n\"workpiece.radius_m\" = [0.172, 0.176]\n");
+    let document = Document::parse(&swept, "tubes").expect("a document");
+    let study = document.study().expect("a study");
+    for case in 0..2 {
+        let settings = study.settings(case);
+        let bore = settings.tube().expect("a tube");
+        assert!(bore.eccentricity() < 1e-15 && bore.radius == [0.172, 0.176][case]);
+    }
+    assert!(study.takes_turns());
 }
 
 #[test]
