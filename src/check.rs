@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use crate::model::filament;
 use crate::model::parameters::{PARAMETERS, Violation};
 use crate::model::pose::Pose;
-use crate::model::settings::{Ends, Hold, RemovalGoal, Settings, ToolKind, unit_normal};
+use crate::model::settings::{Ends, RemovalGoal, Settings, ToolKind, unit_normal};
 use crate::model::trim::{self, Trim};
 use crate::workpiece::Part;
 
@@ -193,6 +193,11 @@ impl Settings {
                     "two finite numbers greater than 0, in m and s",
                 );
             }
+            if let Some(std) = observed.edge_radius_std_m.filter(|std| !is_sane(*std)) {
+                let value = format!("{{ edge_radius_std_m = {std:?} }}");
+                let allowed = "a finite standard deviation greater than 0, in m, or none";
+                return wrong("removal.observed", value, allowed);
+            }
             if removal.preston_m2_n.is_some() {
                 let allowed = "left out beside removal.preston_m2_n: the observed edge is there to find that coefficient";
                 return wrong("removal.observed", value, allowed);
@@ -344,7 +349,7 @@ impl Settings {
         self.check_brush()
     }
 
-    /// Checks the ends of a brush, and that its filaments can vary as `[uncertainty]` states.
+    /// Checks that the rows of a brush repeat along the axis where its ends are periodic.
     fn check_brush(&self) -> Result<(), Violation> {
         let brush = self.brush_or_default();
         if self.brush.is_some()
@@ -355,14 +360,6 @@ impl Settings {
             let allowed =
                 "\"free\" on a tilted tool, whose rows differ: they do not repeat along the axis";
             return Err(Violation::of("brush.ends", "periodic", allowed));
-        }
-        if self.brush.is_some()
-            && self.uncertainty.hold != Hold::Machine
-            && self.uncertainty.scatters()
-        {
-            let allowed = "\"machine\" with [brush]: each of its filaments has properties of its own, but all share one axis, \
-                           whose speed and distance from the workpiece the machine holds";
-            return Err(Violation::of("uncertainty.hold", "process", allowed));
         }
         Ok(())
     }

@@ -33,8 +33,6 @@ pub enum BrushError {
     },
     /// The machine has no vector units that the equations are compiled for.
     NoLanes,
-    /// Filaments differ, but `uncertainty.hold` is not the machine.
-    Hold,
     /// The simulation needs more memory than allowed.
     Memory {
         /// Bytes needed.
@@ -125,12 +123,6 @@ impl Display for BrushError {
                 write!(
                     f,
                     "brushes are simulated with AVX2 instructions, which this machine does not have"
-                )
-            }
-            Self::Hold => {
-                write!(
-                    f,
-                    "filaments of one brush differ on one machine: set `uncertainty.hold` to \"machine\""
                 )
             }
             Self::Memory {

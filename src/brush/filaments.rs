@@ -14,7 +14,8 @@ pub type ToolFilament = Filament<Turning<RotaryTool>, Part>;
 
 /// Returns `true` if the filaments of a brush differ from each other.
 pub fn differ(settings: &Settings) -> bool {
-    settings.brush_or_default().lateral_tilt_std_rad > 0.0 || settings.uncertainty.scatters()
+    settings.brush_or_default().lateral_tilt_std_rad > 0.0
+        || settings.uncertainty.scatters_within_brush()
 }
 
 /// Returns the settings of one filament of a brush: those of all, with its own deviations.
@@ -31,7 +32,7 @@ pub fn settings_of(settings: &Settings, root: &Root) -> Settings {
         amplitude,
         phase,
         friction,
-    ] = settings.uncertainty.deviations();
+    ] = settings.uncertainty.deviations_within_brush();
     let mut normal = random_of(brush.seed, [root.column, root.row]);
     let mut own = settings.clone();
     own.filament.lateral_tilt_rad += brush.lateral_tilt_std_rad * normal();

@@ -18,7 +18,7 @@ use super::stretch;
 use super::team::Team;
 use crate::equations::{LANES, lanes_are_compiled};
 use crate::model::metrics::{ContactRecord, Metrics};
-use crate::model::settings::{BrushSettings, Hold, Settings, Turns};
+use crate::model::settings::{BrushSettings, Settings, Turns};
 use crate::model::trim::differ;
 use crate::simulation::{Form, Pass, Sampling, Stop, are_steady};
 
@@ -178,9 +178,6 @@ impl Draft {
         }
         let brush = settings.brush_or_default();
         let pass = Pass::deepest(settings);
-        if settings.uncertainty.scatters() && settings.uncertainty.hold != Hold::Machine {
-            return Err(BrushError::Hold);
-        }
         let rows = settings.brush_rows();
         let n = settings.filament.segments;
         let length = settings.filament.length_m / n as f64;

@@ -75,6 +75,8 @@ impl Settings {
     /// The brush of Uhlmann and Hoyer (2021) on a plane, with the defaults for what the paper
     /// leaves open, at the brushing velocity `v_b` (m/s) and the penetration depth `a_e` (m).
     ///
+    /// Frictionless, as in the paper: forces are upper bounds.
+    ///
     /// ```
     /// let mut settings = bristle::model::settings::Settings::paper(10.0, 1e-3);
     /// settings.filament.segments = 10;
@@ -892,10 +894,28 @@ impl UncertaintySettings {
         ]
     }
 
-    /// Whether some property of the filaments, or their friction, scatters.
+    /// The [deviations](Self::deviations) from filament to filament of one brush: zero unless the
+    /// machine holds the axis that these filaments share.
+    #[must_use]
+    pub fn deviations_within_brush(&self) -> [f64; 7] {
+        match self.hold {
+            Hold::Process => [0.0; 7],
+            Hold::Machine => self.deviations(),
+        }
+    }
+
+    /// Returns `true` if some property of the filaments, or their friction, scatters.
     #[must_use]
     pub fn scatters(&self) -> bool {
         self.deviations().iter().any(|&deviation| deviation > 0.0)
+    }
+
+    /// Returns `true` if filaments of one brush differ from each other.
+    #[must_use]
+    pub fn scatters_within_brush(&self) -> bool {
+        self.deviations_within_brush()
+            .iter()
+            .any(|&deviation| deviation > 0.0)
     }
 }
 
@@ -918,6 +938,9 @@ pub struct CalibrationUncertainty {
     pub standard_errors: Vec<f64>,
     /// Correlation of each with each.
     pub correlations: Vec<Vec<f64>>,
+    /// Relative standard deviation of measured forces about those that were fitted.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub misfit: f64,
 }
 
 /// What stays the same on tools whose filaments have another length.
@@ -929,11 +952,12 @@ pub struct CalibrationUncertainty {
 )]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Hold {
-    /// Brushing velocity and penetration depth: each tool is set up anew, by its own radius.
+    /// Brushing velocity and penetration depth: each tool is set up anew, by its own radius. The
+    /// filaments of one tool are alike, also within a brush.
     #[default]
     Process,
     /// Rotational speed, and distance of the axis from the workpiece: the machine knows the nominal
-    /// radius only.
+    /// radius only. Filaments of a brush differ from each other.
     Machine,
 }
 
@@ -1143,6 +1167,13 @@ pub enum RemovalGoal {
 pub struct ObservedEdge {
     /// The radius in m.
     pub edge_radius_m: f64,
+    /// Standard deviation of the radius in m; `None` if it is not known.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Option::is_none")
+    )]
+    #[cfg_attr(feature = "schema", schemars(with = "f64"))]
+    pub edge_radius_std_m: Option<f64>,
     /// The time for which the edge was brushed, in s.
     pub time_s: f64,
 }

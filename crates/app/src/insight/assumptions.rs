@@ -103,7 +103,9 @@ impl Assumptions {
             .list
             .iter()
             .any(|assumption| assumption.parameter.path == FRICTION);
-        is_assumed.then(|| format!("Friction is the largest doubt: `bristle explain {TOPIC}`."))
+        is_assumed.then(|| {
+            format!("Without friction, as in the paper, forces are upper bounds: `bristle explain {TOPIC}`.")
+        })
     }
 
     fn material_note(&self) -> Option<String> {
@@ -309,7 +311,7 @@ mod tests {
         for part in [
             "filament.youngs_modulus_pa are those of filament.material = \"PA6.6\", as published",
             "Water uptake about halves the modulus",
-            "Friction is the largest doubt: `bristle explain friction`.",
+            "Without friction, as in the paper, forces are upper bounds: `bristle explain friction`.",
         ] {
             assert!(note.contains(part), "{part}: {table}");
         }

@@ -126,6 +126,15 @@ pub fn lines(settings: &Settings, removal: &Removal) -> Vec<String> {
         "k_P = {} m²/N, {found}",
         significant(removal.preston_m2_n)
     ));
+    if let Some(interval) = &removal.observed_interval {
+        let [least, most] = interval.preston_m2_n.map(significant);
+        lines.push(format!(
+            "by its standard deviation, 95 % interval: k_P from {least} to {most} m²/N, R = {} mm after {} to {}",
+            mm(last.edge_radius_m.max(last.second_edge_radius_m)),
+            time(interval.time_s[0]),
+            time(interval.time_s[1])
+        ));
+    }
     if let Some(wear) = own.filament_wear_m2_n {
         lines.push(format!(
             "filaments lose {} mm of {} mm, and F_n,w goes from {} to {} N; wear ratio {}",

@@ -5,7 +5,7 @@ use std::path::{Path, absolute};
 use std::process::ExitCode;
 
 use bristle::model::settings::Settings;
-use bristle_app::insight::findings::without_interaction;
+use bristle_app::insight::findings::bias_of_fit;
 use bristle_app::report::figures::{calibration_figures, is_of_calibration};
 use bristle_app::run::calibration::{
     CALIBRATED, OF_CALIBRATION, calibrated_text, write_calibration,
@@ -198,7 +198,7 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
              and leave out its --fit"
         ));
     }
-    let findings = settings.iter().filter_map(without_interaction).collect();
+    let findings = settings.iter().filter_map(bias_of_fit).collect();
     say_findings(&arguments.job.told(findings));
     if arguments.job.check {
         let change = calibration.change_when_checked(Means {

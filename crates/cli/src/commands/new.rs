@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use bristle::model::settings::ToolKind;
 use bristle_app::store::staged::{FileError, StagedFile};
 use bristle_study::input::first_file::{
-    ANGLE, Answers, FirstFile, LENGTH, MAX_DEPTH, MODULUS, QUESTIONS, Question, SIZE, Size, TILT,
-    WIDTH, first_file, is_tube, reach_m,
+    ANGLE, Answers, FRICTION_COEFFICIENT, FirstFile, LENGTH, MAX_DEPTH, MODULUS, QUESTIONS,
+    Question, SIZE, Size, TILT, WIDTH, first_file, is_tube, reach_m,
 };
+use bristle_study::input::friction::{Pairing, USUAL};
 use bristle_study::input::materials::{MATERIALS, Material};
 use bristle_study::input::plausibility::warnings;
 use bristle_study::text::layout;
@@ -23,8 +24,9 @@ use crate::terminal::{say, say_written};
 /// On a terminal the program asks for what the options do not state; an empty line takes the value
 /// in brackets. Elsewhere the options must state everything that has no such value. Numbers may
 /// have a decimal comma, and another unit behind them, as in 1,18 or "0.6 cm". The file has a
-/// comment at each line, and a study up to the limits of the machine. Values that are unusual draw
-/// a warning. An existing file is not replaced.
+/// comment at each line, and a study up to the limits of the machine. Friction and modulus that
+/// nobody has measured are stated with their standard deviations, so that forces have an interval.
+/// Values that are unusual draw a warning. An existing file is not replaced.
 #[derive(Args)]
 pub struct NewArgs {
     /// The file to write
@@ -52,6 +54,13 @@ pub struct NewArgs {
     /// stated]
     #[arg(long, value_name = "NAME", value_parser = parse_material)]
     material: Option<&'static Material>,
+    /// Material of the workpiece, for friction on it: steel, ceramic, wood, aluminium, plastic or
+    /// other [default: steel]
+    #[arg(long, value_name = "NAME", value_parser = parse_workpiece)]
+    workpiece: Option<&'static str>,
+    /// Brush with water, coolant or oil, which lowers friction
+    #[arg(long)]
+    wet: bool,
 }
 
 /// Parses the size of the brush, in mm.
@@ -133,6 +142,7 @@ pub fn run(arguments: &NewArgs) -> Result<(), CliError> {
         kind,
         answers,
         material,
+        pairing,
     } = answered(arguments, lines)?;
     let Some(name) = path.file_name() else {
         return Err(FileError::new("write", path, io::Error::other("it has no name")).into());
@@ -145,6 +155,7 @@ pub fn run(arguments: &NewArgs) -> Result<(), CliError> {
         kind,
         answers,
         material,
+        pairing,
         arguments.bore_radius_m(),
         &name.to_string_lossy(),
     )?;
@@ -169,6 +180,7 @@ struct Answered {
     kind: ToolKind,
     answers: Answers,
     material: Option<&'static Material>,
+    pairing: &'static Pairing,
 }
 
 /// The answers of the options, and those of a user at a terminal, if there is one. The modulus of a
@@ -188,6 +200,7 @@ fn answered(
         .unwrap_or_default(),
         (None, None) => ToolKind::default(),
     };
+    let (mut workpiece, mut is_wet) = (arguments.workpiece, arguments.wet);
     let mut missing = Vec::new();
     for (position, question) in QUESTIONS.iter().enumerate() {
         let sizes_m = answers[LENGTH].zip(answers[WIDTH]);
@@ -211,6 +224,18 @@ fn answered(
                 );
                 material = ask_word(&words, lines, Material::find)?;
             }
+            if position == FRICTION_COEFFICIENT && workpiece.is_none() {
+                let words = format!(
+                    "Material of the workpiece, one of {} [{}]:",
+                    Pairing::workpieces().join(", "),
+                    USUAL.workpiece
+                );
+                workpiece = ask_word(&words, lines, find_workpiece)?;
+            }
+            if position == FRICTION_COEFFICIENT && !is_wet {
+                let words = "With water, coolant or oil, one of yes, no [no]:";
+                is_wet = ask_word(words, lines, find_yes)?.unwrap_or_default();
+            }
             if position != MODULUS || material.is_none() {
                 answers[position] = ask(question, reach_m.unwrap_or_default(), lines)?;
             }
@@ -219,10 +244,12 @@ fn answered(
         }
     }
     if missing.is_empty() {
+        let workpiece = workpiece.unwrap_or(USUAL.workpiece);
         Ok(Answered {
             kind,
             answers,
             material,
+            pairing: Pairing::find(workpiece, is_wet).expect("each workpiece has a pairing"),
         })
     } else {
         Err(CliError::Unanswered(missing.join(", ")))
@@ -259,6 +286,29 @@ fn find_kind(text: &str) -> Option<ToolKind> {
 /// Parses the kind of a tool.
 fn parse_kind(text: &str) -> Result<ToolKind, String> {
     find_kind(text).ok_or_else(|| "must be one of round, cup, cone".to_owned())
+}
+
+/// Returns the workpiece with a name.
+fn find_workpiece(text: &str) -> Option<&'static str> {
+    let name = text.trim().to_lowercase();
+    Pairing::workpieces()
+        .into_iter()
+        .find(|workpiece| *workpiece == name)
+}
+
+/// Parses the material of the workpiece.
+fn parse_workpiece(text: &str) -> Result<&'static str, String> {
+    find_workpiece(text)
+        .ok_or_else(|| format!("must be one of {}", Pairing::workpieces().join(", ")))
+}
+
+/// Reads an answer to a question that yes or no answers.
+fn find_yes(text: &str) -> Option<bool> {
+    match text.trim().to_lowercase().as_str() {
+        "yes" | "y" => Some(true),
+        "no" | "n" => Some(false),
+        _ => None,
+    }
 }
 
 /// The names of all materials.
@@ -340,15 +390,17 @@ mod tests {
         // A kind, a unit, a slip, an unusual diameter that is meant, a material, and the diameter
         // over the filaments.
         let typed = [
-            "", "4 cm", "1,18 m", "1,18", "wood", "", "", "20", "long", "360", "60 %", "", "1500",
-            "4",
+            "", "4 cm", "1,18 m", "1,18", "wood", "", "", "20", "long", "360", "60 %", "wool",
+            "wood", "yes", "", "1500", "4",
         ];
         let Answered {
             kind,
             answers: all,
             material,
+            pairing,
         } = answers("", &typed).expect("answers");
         let of_machine = [Some(1500.0), Some(4e-3)];
+        assert_eq!((pairing.workpiece, pairing.condition), ("wood", "wet"));
         assert_eq!(
             all[..8],
             [
@@ -367,8 +419,8 @@ mod tests {
             (&of_machine[..], true, ToolKind::Round)
         );
         let Answered { answers: all, .. } = answers(
-            "--kind round --length-mm 40 --diameter-mm 1,18 --material PA6 --body-diameter-mm 3000 --width-mm 20",
-            &["2000000", "2000000", "0,3", "1500", "4"],
+            "--kind round --length-mm 40 --diameter-mm 1,18 --material PA6 --body-diameter-mm 3000 --width-mm 20 --workpiece ceramic",
+            &["2000000", "2000000", "", "0,3", "1500", "4"],
         )
         .expect("answers");
         assert_eq!(all[SIZE..9], [Some(1.5), Some(2e6), Some(0.3)]);
@@ -379,7 +431,7 @@ mod tests {
     #[test]
     fn only_a_cone_is_asked_for_its_angle() {
         let typed = [
-            "wheel", "cone", "30", "25", "0.5", "", "3", "10", "70", "500", "", "3000", "1",
+            "wheel", "cone", "30", "25", "0.5", "", "3", "10", "70", "500", "", "", "", "3000", "1",
         ];
         let Answered {
             kind, answers: all, ..

@@ -82,6 +82,7 @@ pub fn run(WearArgs { job }: &WearArgs) -> Result<ExitCode, CliError> {
         let result = json!({
             "preston_m2_n": removal.preston_m2_n,
             "time_s": end.map(|row| row.time_s),
+            "time_interval_95_s": removal.observed_interval.map(|interval| interval.time_s),
             "turns": end.map(|row| row.turns),
             "edge_radius_m": end.map(|row| row.edge_radius_m),
             "warnings": warnings,

@@ -14,8 +14,8 @@ use bristle_study::grid::brush::{Having, metric_columns};
 use insta::assert_snapshot;
 
 use crate::program::{
-    Workspace, documented, has, ignores_interrupts, interrupt, kill, number, section, settings,
-    study,
+    Workspace, documented, has, ignores_interrupts, interrupt, kill, lacks, number, section,
+    settings, study,
 };
 
 /// A planar sector that takes a tenth of a second.
@@ -343,7 +343,6 @@ fn brushes_that_cannot_be_are_refused() {
         ("steady = false", "stiffness_n_m2 = -1.0"),
         ("columns = 8", "columns = 5000"),
         ("filament_count = 682", "filament_count = 900"),
-        ("[brush]", "[uncertainty]\nlength_std_m = 1e-4\n[brush]"),
     ] {
         assert!(FILE.contains(old), "{old}");
         let workspace = Workspace::with(&FILE.replacen(old, new, 1));
@@ -484,6 +483,31 @@ fn filaments_of_a_brush_differ_instead_of_tools() {
     workspace.write("case.toml", FILE);
     workspace.run("simulate case.toml --out out");
     assert!(workspace.read("out/filaments.csv") != differing);
+}
+
+#[test]
+fn deviations_from_brush_to_brush_give_an_interval() {
+    let uncertainty = "[uncertainty]\nyoungs_modulus_std_pa = 0.6e9\n";
+    let workspace = Workspace::with(&format!("{FILE}{uncertainty}{STUDY}"));
+    let printed = workspace.printed("study case.toml --out out");
+    has(&printed, &["95 %", "The scatter of F_n,w comes from: "]);
+    for row in workspace.rows("out/runs.csv") {
+        let [lower, median, upper] = ["lower_95", "median", "upper_95"]
+            .map(|quantile| number(&row, &format!("tool_force_{quantile}_n")));
+        let force = number(&row, "tool_contact_normal_force_n");
+        assert!(lower < median && median < upper);
+        assert!((median / force - 1.0).abs() < 0.1, "{median}, {force}");
+    }
+    // One simulation is of the nominal brush, and says so.
+    let told = workspace.told("simulate case.toml --out one");
+    has(&told, &["one simulation ignores [uncertainty]"]);
+    let uncertain = workspace.read("one/filaments.csv");
+    workspace.write("case.toml", FILE);
+    lacks(
+        &workspace.told("simulate case.toml --out one"),
+        &["[uncertainty]"],
+    );
+    assert_eq!(workspace.read("one/filaments.csv"), uncertain);
 }
 
 #[test]

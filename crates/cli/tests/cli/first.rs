@@ -31,10 +31,33 @@ fn a_first_file_can_be_simulated() {
         ],
     );
     directory.run("simulate brush.toml --out one --strict --no-figures --set filament.segments=4");
-    // With distant tips, filaments are alone.
+    // With distant tips, filaments are alone. Nobody has measured friction.
     let sparse = ANSWERS.replace("10500", "1000");
-    directory.run(&format!("new sparse.toml {sparse}"));
-    lacks(&directory.read("sparse.toml"), &["[brush]"]);
+    directory.run(&format!(
+        "new sparse.toml {sparse} --workpiece ceramic --wet"
+    ));
+    let text = directory.read("sparse.toml");
+    lacks(&text, &["[brush]"]);
+    has(
+        &text,
+        &[
+            "\nfriction_coefficient = 0.225 ",
+            "# The middle of 0.05 to 0.4, a guess for wet ceramic",
+            "\nfriction_coefficient_std = 0.0875 ",
+            "\nyoungs_modulus_std_pa = 660000000.0 ",
+            "(SK-Lab 12 and 13)",
+        ],
+    );
+    assert!(
+        text.lines().all(|line| line.chars().count() <= 100),
+        "{text}"
+    );
+    let printed = directory.printed("study sparse.toml --out intervals --no-figures");
+    has(&printed, &["95 %", "friction "]);
+    directory.refuses(
+        &format!("new stone.toml {sparse} --workpiece stone"),
+        &["must be one of steel, ceramic, wood, aluminium, plastic, other"],
+    );
     // A material states density and modulus.
     directory.run(&format!("new nylon.toml {ANSWERS} --material pa6.12"));
     let nylon = directory.read("nylon.toml");

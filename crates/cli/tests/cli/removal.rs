@@ -191,3 +191,30 @@ fn worn_filaments_may_never_reach_the_goal() {
     ));
     assert!(said.contains("filaments lose 0.2"), "{said}");
 }
+
+/// The ends of the interval are the times with radii read at the ends of theirs.
+#[test]
+fn the_time_has_the_interval_of_an_observed_radius() {
+    let observed = |edge: &str| {
+        let file = FILE.replace("preston_m2_n = 2e-14", &format!("observed = {{ {edge} }}"));
+        let directory = Workspace::with(&file);
+        let printed = directory.printed("wear case.toml --out out --json --no-figures");
+        let result = printed
+            .lines()
+            .find(|line| line.contains("time_interval_95_s"))
+            .expect("a result");
+        serde_json::from_str::<serde_json::Value>(result).expect("JSON")
+    };
+    let std = 1e-5 / 1.959_963_984_540_054;
+    let found = observed(&format!(
+        "edge_radius_m = 0.15e-3, edge_radius_std_m = {std:e}, time_s = 72.0"
+    ));
+    for (end, radius) in [(1, "0.14e-3"), (0, "0.16e-3")] {
+        let read = observed(&format!("edge_radius_m = {radius}, time_s = 72.0"));
+        assert!(read["time_interval_95_s"].is_null());
+        let [time, expected] = [&found["time_interval_95_s"][end], &read["time_s"]]
+            .map(|number| number.as_f64().expect("a time"));
+        // Both follow the growth over radii that were chosen anew.
+        is_near(time, expected, 5e-3);
+    }
+}

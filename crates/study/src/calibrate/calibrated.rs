@@ -97,6 +97,10 @@ fn joint(calibration: &Calibration) -> Table {
         "correlations",
         toml_edit::value((0..count).map(row).collect::<Array>()),
     );
+    table.insert(
+        "misfit",
+        toml_edit::value(significant(calibration.misfit())),
+    );
     table
 }
 

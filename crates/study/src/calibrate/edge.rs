@@ -77,6 +77,7 @@ impl Radii {
         let point = largest.expect("a problem has a radius after the start");
         ObservedEdge {
             edge_radius_m: self.points[point].radius.value,
+            edge_radius_std_m: None,
             time_s: self.time_s(point),
         }
     }
@@ -106,6 +107,7 @@ impl Radii {
         let ObservedEdge {
             edge_radius_m,
             time_s,
+            ..
         } = self.largest();
         let rate =
             edge_radius_m.powi(2) / (self.guess.unwrap_or(1.0) * time_s / self.second_per_turn);

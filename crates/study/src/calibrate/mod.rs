@@ -115,6 +115,8 @@ pub struct Calibration {
     pub intervals: Vec<Option<[f64; 2]>>,
     /// Sum of squared residuals over their standard deviations.
     pub chi_squared: f64,
+    /// Variance of residuals without a misfit: 1 if standard deviations are stated.
+    pub variance: f64,
     /// Settings that are not determined.
     pub undetermined: Vec<Undetermined>,
     /// Sum of squares and the number of starts of each minimum that the starts found, the least
@@ -286,12 +288,26 @@ impl Calibration {
             .fold(0.0, f64::max))
     }
 
+    /// Returns the relative standard deviation of what was measured about what was fitted; zero if
+    /// there are as many settings as observations.
+    #[must_use]
+    pub fn misfit(&self) -> f64 {
+        let observations = self.problem.observations.iter().zip(&self.forces);
+        let squares: f64 = observations
+            .map(|(own, fitted)| (fitted / own.value - 1.0).powi(2))
+            .sum();
+        match self.degrees_of_freedom() {
+            0 => 0.0,
+            freedom => (squares / freedom as f64).sqrt(),
+        }
+    }
+
     /// Returns the residual of an observation over its standard deviation, or over that of the
     /// residuals if none is stated.
     #[must_use]
     pub fn residual(&self, observation: usize) -> f64 {
         let Observation { value, std, .. } = self.problem.observations[observation];
-        (self.forces[observation] - value) / (std * self.errors.scale.sqrt())
+        (self.forces[observation] - value) / (std * self.variance.sqrt())
     }
 }
 
@@ -356,11 +372,15 @@ pub fn calibrate(
     let jacobian = &best.jacobian;
     let chi_squared = model.residuals(&best.forces).norm_squared();
     let freedom = problem.observations.len() - problem.fitted.len();
-    let scale = if problem.has_std {
-        1.0
+    let per_freedom = chi_squared / freedom as f64;
+    let variance = if problem.has_std { 1.0 } else { per_freedom };
+    // Residuals larger than the stated deviations are a misfit of the model (Birge ratio).
+    let scale = if freedom > 0 {
+        variance.max(per_freedom)
     } else {
-        chi_squared / freedom as f64
+        variance
     };
+    let is_misfit = scale > variance;
     let errors = Errors::of(jacobian, scale);
     let values = model.values(&best.x);
     let spread = jacobian * errors.covariance() * jacobian.transpose();
@@ -377,7 +397,7 @@ pub fn calibrate(
         })
         .collect();
     let share = 0.5 + 0.5 * CONFIDENCE;
-    let quantile = if problem.has_std {
+    let quantile = if problem.has_std && !is_misfit {
         spec_math::cephes64::ndtri(share)
     } else {
         stdtri(freedom as isize, share)
@@ -431,6 +451,7 @@ pub fn calibrate(
         errors,
         intervals,
         chi_squared,
+        variance,
         undetermined,
         minima,
         stopped_starts: stopped,

@@ -135,7 +135,7 @@ impl Calibration {
                     * self.standard_error(row)
                     * self.standard_error(column)
             }),
-            chi_squared: self.chi_squared / self.errors.scale,
+            chi_squared: self.chi_squared / self.variance,
             degrees_of_freedom: self.degrees_of_freedom(),
             probability: self.probability(),
             standard_deviations_are_stated: self.problem.has_std,
@@ -259,7 +259,7 @@ impl Calibration {
         let record = ResidualRecord {
             quantity: own.quantity().key(),
             measured: own.value,
-            std: own.std * self.errors.scale.sqrt(),
+            std: own.std * self.variance.sqrt(),
             fitted: self.forces[observation],
             residual: self.residual(observation),
             square_root: self
@@ -295,7 +295,7 @@ impl Calibration {
     fn square_root_record(&self, root: &SquareRoot) -> SquareRootRecord {
         SquareRootRecord {
             c_m_per_sqrt_s: root.c_m_per_sqrt_s,
-            chi_squared: root.chi_squared / self.errors.scale,
+            chi_squared: root.chi_squared / self.variance,
             probability: self.probability_of(root.chi_squared),
             fits: self.square_root_fits(root),
             statement: square_root_words(self, root),

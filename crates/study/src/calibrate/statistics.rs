@@ -22,7 +22,7 @@ const WHOLE_TOLERANCE: f64 = 0.06;
 pub struct Errors {
     /// Covariance of the coordinates, before it is scaled by the residuals: `(JᵀJ)⁻¹`.
     pub unscaled: DMatrix<f64>,
-    /// Factor of the covariance from the residuals: 1 if standard deviations are stated.
+    /// Factor of the covariance from the residuals: at least 1 if standard deviations are stated.
     pub scale: f64,
     /// Singular values of the Jacobian of the residuals over the coordinates, the largest first.
     pub singular_values: Vec<f64>,

@@ -57,12 +57,13 @@ pub fn lines(calibration: &Calibration) -> Vec<String> {
     {
         line(format!(
             "noise alone explains such residuals with a probability of {}: look at residuals.csv for what they have in common, or \
-             state larger standard deviations",
+             state larger standard deviations; errors are {} times as large as these say",
             if probability < 5e-4 {
                 "less than 0.1 %".to_owned()
             } else {
                 percent(probability)
-            }
+            },
+            significant((calibration.errors.scale / calibration.variance).sqrt())
         ));
     }
     match (&calibration.square_root, &calibration.problem.radii) {

@@ -29,7 +29,7 @@ pub use case::{CaseResult, CaseSummary, tentative};
 pub use interaction::{Interaction, turn_impulses};
 pub use recorder::PassRecorder;
 pub use scheduler::{
-    Resources, by_work, calibration_band, press_brush, run_study, simulate_cases,
+    Resources, brush_scatter, by_work, calibration_band, press_brush, run_study, simulate_cases,
     simulate_cases_with, thread_count, without_result, work,
 };
 pub use sensitivity::{ForceSensitivity, force_sensitivities};

@@ -25,7 +25,7 @@ use super::study::Study;
 use crate::grid::case::{CaseResult, CaseSummary, tentative};
 use crate::grid::check::{finer_brush, finer_pass, largest_change};
 use crate::grid::interaction::{Interaction, statistics, turn_impulses};
-use crate::grid::uncertainty::{ForceScatter, Scatter, check};
+use crate::grid::uncertainty::{ForceScatter, Scatter, check, sampled, scatters};
 
 /// Threads and memory that a study may use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -290,7 +290,7 @@ fn simulate_brush(
     Some(Ok(CaseSummary {
         turn_contact_normal_impulses_n_s: turn_impulses(&result),
         statistics: statistics(&result.statistics),
-        scatter: calibration_band(&settings, &result.tool).unwrap_or_else(|error| {
+        scatter: brush_scatter(&settings, &result.tool).unwrap_or_else(|error| {
             warn!(case = case + 1, error);
             None
         }),
@@ -300,32 +300,21 @@ fn simulate_brush(
     }))
 }
 
-/// Returns the distribution that a calibration leaves of the force of a brush with the metrics
-/// `tool`: that of a filament alone, times the effect of interaction. `None` if nothing is
-/// calibrated, or a filament alone has no force.
+/// Returns the distribution of the force of a brush with the metrics `tool`: that of filaments
+/// alone, times the effect of interaction. `None` if nothing scatters from tool to tool, or a
+/// filament alone has no force.
+///
+/// Sampled brushes would cost a hundred times as much. Interaction changes by less than the force
+/// does (docs/trust.md, "Interval of the tool force").
 ///
 /// # Errors
 /// If filaments alone cannot be sampled, in words.
-pub fn calibration_band(
-    settings: &Settings,
-    tool: &Metrics,
-) -> Result<Option<ForceScatter>, String> {
-    let Some(calibration) = settings.uncertainty.calibration.clone() else {
+pub fn brush_scatter(settings: &Settings, tool: &Metrics) -> Result<Option<ForceScatter>, String> {
+    if !scatters(settings) {
         return Ok(None);
-    };
-    let UncertaintySettings { samples, seed, .. } = settings.uncertainty;
-    let uncertainty = UncertaintySettings {
-        samples,
-        seed,
-        calibration: Some(calibration),
-        ..UncertaintySettings::default()
-    };
-    let alone = Settings {
-        brush: None,
-        uncertainty,
-        ..settings.clone()
-    };
-    let without = |error: &dyn Display| format!("no band of the calibration: {error}");
+    }
+    let alone = sampled(settings);
+    let without = |error: &dyn Display| format!("no interval of the force: {error}");
     check(&alone).map_err(|error| without(&error))?;
     let study = Study::of_cases(vec![alone]);
     let results =
@@ -337,6 +326,26 @@ pub fn calibration_band(
     let factor = tool.tool_contact_normal_force_n / result.metrics.tool_contact_normal_force_n;
     let scatter = result.scatter.clone().filter(|_| factor.is_finite());
     Ok(scatter.map(|scatter| scatter.times(factor)))
+}
+
+/// Returns the part of [`brush_scatter`] that a calibration leaves open.
+///
+/// # Errors
+/// See [`brush_scatter`].
+pub fn calibration_band(
+    settings: &Settings,
+    tool: &Metrics,
+) -> Result<Option<ForceScatter>, String> {
+    let calibrated = Settings {
+        uncertainty: UncertaintySettings {
+            samples: settings.uncertainty.samples,
+            seed: settings.uncertainty.seed,
+            calibration: settings.uncertainty.calibration.clone(),
+            ..UncertaintySettings::default()
+        },
+        ..settings.clone()
+    };
+    brush_scatter(&calibrated, tool)
 }
 
 /// Simulates the brush that `settings` state by `simulate`, which returns force and result. Returns

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use crate::text::shown;
 use bristle::brush::{BrushError, check_brush};
 use bristle::model::parameters::{Parameter, Violation};
-use bristle::model::settings::Settings;
+use bristle::model::settings::{Hold, Settings};
 use bristle::tool::Trim;
 use parking_lot::Mutex;
 use thiserror::Error;
@@ -18,7 +18,7 @@ use super::setting::{FORCE, SPEED, Setting, TOOL, TURNS, VELOCITY};
 use super::sweep::{MAX_CASES, MAX_TOOLS, Sweep, SweepText};
 use super::tool::{LONGEST_NAME, Tool, ToolText, are_alike, is_name};
 use crate::grid::case::{CaseResult, tentative};
-use crate::grid::uncertainty::{INPUTS, MOVING, check};
+use crate::grid::uncertainty::{INPUTS, Input, MOVING, check};
 
 /// Section of an input file whose sweeps make every case a brush.
 pub const BRUSH: &str = "brush";
@@ -346,22 +346,19 @@ impl Study {
     }
 
     /// Returns `true` if tools are sampled in some case, because their filaments scatter or a
-    /// calibration leaves uncertainty. Filaments of a brush scatter within it.
+    /// calibration leaves uncertainty. Deviations from filament to filament of a brush do not count.
     #[must_use]
     pub fn scatters(&self) -> bool {
-        let is_calibrated = self
-            .tools
-            .iter()
-            .any(|tool| tool.settings.uncertainty.calibration.is_some());
-        if is_calibrated || self.has_brush() {
-            return is_calibrated;
-        }
-        INPUTS[..MOVING]
-            .iter()
-            .any(|input| match self.sweep(input.std) {
+        let has_brush = self.has_brush();
+        self.tools.iter().any(|Tool { settings, .. }| {
+            let is_within = has_brush && settings.uncertainty.hold == Hold::Machine;
+            let scatters = |input: &Input| match self.sweep(input.std) {
                 Some(sweep) => sweep.values().iter().any(|&value| value > 0.0),
-                None => self.tools.iter().any(|tool| input.scatters(&tool.settings)),
-            })
+                None => input.scatters(settings),
+            };
+            settings.uncertainty.calibration.is_some()
+                || (!is_within && INPUTS[..MOVING].iter().any(scatters))
+        })
     }
 
     /// Returns `true` if the cases are brushes, whose filaments touch each other.

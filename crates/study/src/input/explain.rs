@@ -341,7 +341,7 @@ mod tests {
         let row = "PA6.12 + 40 % SiC        18.0 %        1448      4.87   4.03   80.3";
         let friction = [
             "contact.friction_coefficient\n",
-            "\n  ceramics wet  0.05 to 0.4  a guess",
+            "\n  ceramic   wet  0.05 to 0.4  a guess",
         ];
         let also = "also     filament.length_mm, filament.length_cm, filament.length_um\n";
         for (key, beginning, parts) in [

@@ -9,8 +9,11 @@ use bristle::tool::Trim;
 use crate::grid::{DEPTH, SPEED, without_rounding_noise};
 use crate::input::cells::ambiguous;
 use crate::input::document::Document;
+use crate::input::friction::{FRICTION, Pairing, USUAL};
 use crate::input::input_error::{InputError, LONGEST_KEY};
-use crate::input::materials::{CONTACT_STIFFNESS, Material, default_contact_stiffness};
+use crate::input::materials::{
+    CONTACT_STIFFNESS, Material, WIRE_MODULUS_PA, default_contact_stiffness,
+};
 use crate::input::packing::{PACKED, tip_spacing};
 use crate::input::plausibility::{Unusual, unusual_in_study, unusual_value};
 use crate::input::units::other_paths;
@@ -52,6 +55,17 @@ pub const WIDTH: usize = 5;
 pub const SIZE: usize = 6;
 /// Position of that for the largest depth, which a bore narrower than the brush answers.
 pub const MAX_DEPTH: usize = 10;
+/// Position of that for friction, which the workpiece answers.
+pub const FRICTION_COEFFICIENT: usize = 8;
+
+/// Relative standard deviation of Young's modulus between nominally equal abrasive filaments.
+const MODULUS_SPREAD: f64 = 0.22;
+/// The source of [`MODULUS_SPREAD`].
+const SOURCE_OF_SPREAD: &str =
+    "22 % between nominally equal abrasive filaments of three makers (SK-Lab 12 and 13)";
+/// Paths of the standard deviations that a first file states.
+const FRICTION_STD: &str = "uncertainty.friction_coefficient_std";
+const MODULUS_STD: &str = "uncertainty.youngs_modulus_std_pa";
 
 /// The answers to all questions, each in the unit of its setting; `None` stands for the default.
 pub type Answers = [Option<f64>; QUESTIONS.len()];
@@ -111,11 +125,11 @@ pub const QUESTIONS: [Question; 11] = [
         "",
     ),
     Question {
-        default: Some("0"),
+        default: Some("the middle of its range on the workpiece"),
         ..question(
             "--friction",
-            "Coefficient of friction on the workpiece; 0 gives an upper bound of the force",
-            "contact.friction_coefficient",
+            "Coefficient of friction on the workpiece, if it was measured; 0 gives an upper bound of the force",
+            FRICTION,
             "",
         )
     },
@@ -342,6 +356,9 @@ pub struct FirstFile {
 /// an answer has its default, which the file does not state. The workpiece is a plane, or a bore of
 /// the radius `bore_m` (m). `name` is that of the file.
 ///
+/// Friction without an answer is that of the `pairing`, at the middle of its range. What is not
+/// answered has a standard deviation, so that forces have an interval.
+///
 /// # Errors
 /// If the answers make no brush that can be simulated.
 ///
@@ -351,6 +368,7 @@ pub fn first_file(
     kind: ToolKind,
     answers: Answers,
     material: Option<&'static Material>,
+    pairing: &Pairing,
     bore_m: Option<f64>,
     name: &str,
 ) -> Result<FirstFile, InputError> {
@@ -370,12 +388,10 @@ pub fn first_file(
     ] = others.map(|answer| {
         let question = questions.next().expect("each answer has its question");
         let has_none = is_tube && question.path == DEPTH;
-        answer.unwrap_or_else(|| {
-            if has_none {
-                0.0
-            } else {
-                question.default_answer()
-            }
+        answer.unwrap_or_else(|| match question.path {
+            _ if has_none => 0.0,
+            FRICTION => rounded(pairing.middle()),
+            _ => question.default_answer(),
         })
     });
     let [_, _, has_modulus, _, _, _, has_friction, _, _] = others.map(|answer| answer.is_some());
@@ -458,10 +474,7 @@ pub fn first_file(
             .map(|(path, value)| line("", path, value))
             .concat(),
         section("filament", &filament),
-        section(
-            "contact",
-            &[("contact.friction_coefficient", friction, has_friction), (CONTACT_STIFFNESS, stiffness, false)],
-        ),
+        section_of_contact(friction, (!has_friction).then_some(pairing), stiffness),
         bore_m.map_or_else(String::new, section_of_bore),
         section("process", &[(SPEED, rounded(speed / 2.0), true)]),
         match is_tube {
@@ -484,6 +497,10 @@ pub fn first_file(
             .to_owned(),
     ]
     .concat();
+    let uncertainty = section_of_uncertainty(
+        (!has_friction).then_some(pairing),
+        (!has_modulus && modulus_pa < WIRE_MODULUS_PA).then_some(modulus_pa),
+    );
     let alone = head(
         format!("bristle simulate {shown_name} --out contact"),
         "one contact, as in [process]",
@@ -508,13 +525,58 @@ pub fn first_file(
             alone + "\n" + &why.trim_end().replace("\n  ", "\n# ") + "\n"
         }
         (false, _) => alone,
-    };
+    } + &uncertainty;
     let unusual = unusual_in_study(&Document::parse(&text, name)?.study()?);
     Ok(FirstFile {
         text,
         unusual,
         note,
     })
+}
+
+/// Returns the section of the contact with the workpiece, whose friction is that of a `pairing` if
+/// nobody has measured it.
+fn section_of_contact(friction: f64, pairing: Option<&Pairing>, stiffness: f64) -> String {
+    let source = pairing.map_or_else(String::new, |pairing| {
+        format!(
+            "# The middle of {}, a guess for {} {}; `bristle explain {FRICTION}`:\n",
+            pairing.range_text(),
+            pairing.condition,
+            if pairing.workpiece == "other" {
+                "workpieces"
+            } else {
+                pairing.workpiece
+            },
+        )
+    });
+    format!(
+        "\n[contact]\n{source}{}# A default; state it if you know it:\n{}",
+        line("", FRICTION, friction),
+        line(COMMENT, CONTACT_STIFFNESS, stiffness)
+    )
+}
+
+/// Returns the section of standard deviations: of friction on a `pairing`, and of a modulus in Pa
+/// that nobody has measured. What was measured has a comment in its place.
+fn section_of_uncertainty(pairing: Option<&Pairing>, modulus_pa: Option<f64>) -> String {
+    if pairing.is_none() && modulus_pa.is_none() {
+        return String::new();
+    }
+    let friction = pairing.map_or_else(
+        || line(COMMENT, FRICTION_STD, rounded(USUAL.std())),
+        |pairing| {
+            let range = pairing.range_text();
+            let source = format!("# A quarter of the range, so that 95 % lie in {range}:\n");
+            source + &line("", FRICTION_STD, rounded(pairing.std()))
+        },
+    );
+    let modulus = modulus_pa.map_or_else(String::new, |modulus_pa| {
+        let std = rounded(MODULUS_SPREAD * modulus_pa);
+        format!("# {SOURCE_OF_SPREAD}:\n{}", line("", MODULUS_STD, std))
+    });
+    format!(
+        "\n[uncertainty]                      # from brush to brush: F_n,w has a 95 % interval\n{friction}{modulus}"
+    )
 }
 
 /// Returns the line of a kind; empty for the default kind.
@@ -631,18 +693,19 @@ fn line_of_material(material: &Material) -> String {
         name,
         youngs_modulus_pa,
         density_kg_m3,
+        condition,
         caution,
         ..
     } = material;
     // The condition matters only for materials that water or heat changes.
-    let dry = if caution.is_empty() {
-        ""
-    } else {
-        ", dry; wet or hot it is softer"
+    let condition = match *condition {
+        _ if caution.is_empty() => "",
+        "wet" => ", wet; hot it is softer",
+        _ => ", dry; wet or hot it is softer",
     };
     let setting = format!("material = \"{name}\"");
     let [modulus, density] = [youngs_modulus_pa / 1e9, *density_kg_m3].map(short);
-    format!("{setting:34} # E = {modulus} GPa, ρ = {density} kg/m³{dry}\n")
+    format!("{setting:34} # E = {modulus} GPa, ρ = {density} kg/m³{condition}\n")
 }
 
 /// Rounds to four significant digits.
@@ -665,7 +728,15 @@ mod tests {
     }
 
     fn file(answers: Answers, material: Option<&'static Material>) -> FirstFile {
-        first_file(ToolKind::Round, answers, material, None, "brush.toml").expect("a brush")
+        first_file(
+            ToolKind::Round,
+            answers,
+            material,
+            USUAL,
+            None,
+            "brush.toml",
+        )
+        .expect("a brush")
     }
 
     #[test]
@@ -738,13 +809,50 @@ mod tests {
             "{unusual:?}"
         );
         answers[10] = Some(50e-3);
-        let wrong = first_file(ToolKind::Round, answers, None, None, "brush.toml");
+        let wrong = first_file(ToolKind::Round, answers, None, USUAL, None, "brush.toml");
         assert!(
             wrong
                 .expect_err("too deep")
                 .to_string()
                 .contains("`process.penetration_depth_m`")
         );
+    }
+
+    #[test]
+    fn friction_and_modulus_that_nobody_measured_have_a_standard_deviation() {
+        let mut answers = typed(["40", "1,18", "3", "20", "360", "1000", "0.3", "1500", "4"]);
+        assert!(!file(answers, None).text.contains("\n[uncertainty]"));
+        answers[FRICTION_COEFFICIENT] = None;
+        answers[MODULUS] = None;
+        let settings = |material, pairing: &Pairing| {
+            let text = first_file(
+                ToolKind::Round,
+                answers,
+                material,
+                pairing,
+                None,
+                "brush.toml",
+            )
+            .expect("a brush")
+            .text;
+            Document::parse(&text, "brush.toml")
+                .and_then(|file| file.settings())
+                .expect("settings")
+        };
+        let nylon = Material::find("PA6.12");
+        let dry = settings(nylon, USUAL);
+        let [friction, modulus] = [
+            dry.uncertainty.friction_coefficient_std,
+            dry.uncertainty.youngs_modulus_std_pa,
+        ];
+        assert_eq!((dry.contact.friction_coefficient, friction), (0.4, 0.1));
+        assert_eq!(modulus, 0.7282e9, "22 % of 3.31 GPa");
+        let wet = settings(nylon, Pairing::find("other", true).expect("a pairing"));
+        assert_eq!(wet.contact.friction_coefficient, 0.325);
+        // Moduli of metal wires are known better.
+        let wire = settings(Material::find("steel"), USUAL);
+        assert_eq!(wire.uncertainty.youngs_modulus_std_pa, 0.0);
+        assert!(wire.uncertainty.scatters());
     }
 
     #[test]
@@ -766,6 +874,7 @@ mod tests {
             ToolKind::Cup,
             answers(ToolKind::Cup, None),
             None,
+            USUAL,
             None,
             "brush.toml",
         )
@@ -793,7 +902,7 @@ mod tests {
 
         let angle = Some(30_f64.to_radians());
         let mut of_cone = answers(ToolKind::Cone, angle);
-        let cone = first_file(ToolKind::Cone, of_cone, None, None, "brush.toml")
+        let cone = first_file(ToolKind::Cone, of_cone, None, USUAL, None, "brush.toml")
             .expect("a cone")
             .text;
         assert!(
@@ -809,7 +918,7 @@ mod tests {
             .fold(0.0, f64::max);
         assert!((largest - 0.035).abs() < 1e-9, "{largest}");
         of_cone[ANGLE] = None;
-        let missing = first_file(ToolKind::Cone, of_cone, None, None, "brush.toml")
+        let missing = first_file(ToolKind::Cone, of_cone, None, USUAL, None, "brush.toml")
             .expect_err("no angle")
             .to_string();
         assert!(

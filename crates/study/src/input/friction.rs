@@ -45,14 +45,14 @@ pub const PAIRINGS: &[Pairing] = &[
         source: "a guess: a lubricant carries polyamide; grains that cut reach through it",
     },
     Pairing {
-        workpiece: "ceramics",
+        workpiece: "ceramic",
         condition: "dry",
         range: [0.1, 0.6],
         source: "a guess: as on steel, or less where hard grains slide without cutting, as diamond does on metal with 0.1 to 0.15 \
                  (Engineering ToolBox)",
     },
     Pairing {
-        workpiece: "ceramics",
+        workpiece: "ceramic",
         condition: "wet",
         range: [0.05, 0.4],
         source: "a guess: as on wet steel",
@@ -69,10 +69,82 @@ pub const PAIRINGS: &[Pairing] = &[
         range: [0.1, 0.6],
         source: "a guess about metal on wet wood: 0.2 (Engineering ToolBox)",
     },
+    Pairing {
+        workpiece: "aluminium",
+        condition: "dry",
+        range: [0.2, 0.6],
+        source: "a guess: as on steel",
+    },
+    Pairing {
+        workpiece: "aluminium",
+        condition: "wet",
+        range: [0.05, 0.4],
+        source: "a guess: as on wet steel",
+    },
+    Pairing {
+        workpiece: "plastic",
+        condition: "dry",
+        range: [0.1, 0.6],
+        source: "a guess about polymers on themselves: 0.04 to 0.67 (CRC Materials Science and Engineering Handbook, 2001, \
+                 table 399). Grains that cut can have more",
+    },
+    Pairing {
+        workpiece: "plastic",
+        condition: "wet",
+        range: [0.05, 0.4],
+        source: "a guess: as on wet steel",
+    },
+    Pairing {
+        workpiece: "other",
+        condition: "dry",
+        range: [0.1, 0.7],
+        source: "all of the above",
+    },
+    Pairing {
+        workpiece: "other",
+        condition: "wet",
+        range: [0.05, 0.6],
+        source: "all of the above",
+    },
 ];
 
+/// Abrasive filaments on dry metal, where nobody names the workpiece.
+pub const USUAL: &Pairing = &PAIRINGS[0];
+
 impl Pairing {
-    fn range_text(&self) -> String {
+    /// Returns the pairing with a workpiece, which is wet or dry.
+    #[must_use]
+    pub fn find(workpiece: &str, is_wet: bool) -> Option<&'static Self> {
+        let condition = if is_wet { "wet" } else { "dry" };
+        PAIRINGS
+            .iter()
+            .find(|pairing| pairing.workpiece == workpiece && pairing.condition == condition)
+    }
+
+    /// Returns the names of all workpieces.
+    #[must_use]
+    pub fn workpieces() -> Vec<&'static str> {
+        PAIRINGS
+            .chunk_by(|one, next| one.workpiece == next.workpiece)
+            .map(|pairings| pairings[0].workpiece)
+            .collect()
+    }
+
+    /// Returns the middle of the range.
+    #[must_use]
+    pub fn middle(&self) -> f64 {
+        f64::midpoint(self.range[0], self.range[1])
+    }
+
+    /// Returns the standard deviation of a normal distribution of which the range contains 95 %.
+    #[must_use]
+    pub fn std(&self) -> f64 {
+        (self.range[1] - self.range[0]) / 4.0
+    }
+
+    /// Returns the range in words, as in "0.2 to 0.6".
+    #[must_use]
+    pub fn range_text(&self) -> String {
         let [least, largest] = self.range.map(short);
         format!("{least} to {largest}")
     }
@@ -94,8 +166,8 @@ pub fn friction_advice(width: usize) -> String {
     let [least, largest] = range_of_all().map(short);
     let mut text = String::new();
     let doubt = format!(
-        "Friction is the largest doubt about a force. A file that does not state {FRICTION} has the default. Abrasive filaments \
-         may have {least} to {largest}:"
+        "Friction is the largest doubt about a force. A file that does not state {FRICTION} has none, as in the paper: its forces are \
+         upper bounds. Abrasive filaments may have {least} to {largest}:"
     );
     wrap(width, &mut text, "", &doubt);
     text.push_str(&pairing_list(width));
@@ -116,7 +188,7 @@ pub(crate) fn pairing_list(width: usize) -> String {
         wrap(
             width,
             &mut text,
-            &format!("  {workpiece:8} {condition}  {:13}", pairing.range_text()),
+            &format!("  {workpiece:9} {condition}  {:13}", pairing.range_text()),
             source,
         );
     }
@@ -142,5 +214,12 @@ mod tests {
             );
         }
         assert_eq!(range_of_all(), [0.05, 0.7]);
+        for workpiece in Pairing::workpieces() {
+            let [dry, wet] =
+                [false, true].map(|is_wet| Pairing::find(workpiece, is_wet).expect(workpiece));
+            assert!(wet.middle() < dry.middle(), "{workpiece}");
+        }
+        assert_eq!(USUAL.middle(), 0.4);
+        assert!((USUAL.std() - 0.1).abs() < 1e-15);
     }
 }

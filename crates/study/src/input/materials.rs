@@ -23,7 +23,7 @@ pub(crate) const MODULUS: &str = "filament.youngs_modulus_pa";
 const DENSITIES: &str = "Simoni, Filaments";
 
 /// Young's modulus in Pa from which on a filament is a metal wire. Polymers have up to 10 GPa.
-const WIRE_MODULUS_PA: f64 = 50e9;
+pub(crate) const WIRE_MODULUS_PA: f64 = 50e9;
 
 /// Path of the contact stiffness.
 pub(crate) const CONTACT_STIFFNESS: &str = "contact.stiffness_n_m";
@@ -52,6 +52,8 @@ pub struct Material {
     pub modulus_source: &'static str,
     /// Spread of the modulus.
     pub spread: Spread,
+    /// Condition in which the modulus was measured: `"dry"` or `"wet"`.
+    pub condition: &'static str,
     /// Influences that change the modulus; empty if a brush meets none.
     pub caution: &'static str,
 }
@@ -79,6 +81,7 @@ const PA6_12: Material = Material {
     youngs_modulus_pa: 3.31e9,
     modulus_source: "Carolina Brush, Fiber Property Comparisons (480 kpsi)",
     spread: Spread::OneSheet,
+    condition: "dry",
     caution: "It takes up less water than PA6 and PA6.6, but when wet it is softer, too; heat lowers the modulus.",
 };
 
@@ -97,6 +100,7 @@ const fn abrasive(name: &'static str, grain: &Grain, mass_fraction: f64) -> Mate
         youngs_modulus_pa: mixture.youngs_modulus_pa,
         modulus_source: "Hashin and Shtrikman, J. Mech. Phys. Solids 11 (1963) 127, lower bound",
         spread: Spread::Mixture(mixture),
+        condition: "dry",
         caution: PA6_12.caution,
     }
 }
@@ -113,6 +117,7 @@ pub const MATERIALS: &[Material] = &[
             [2.76e9, 3.31e9],
             "Polytech Industrial, Poly-Texx PA6 (400 kpsi, ASTM D638)",
         ),
+        condition: "dry",
         caution: WATER,
     },
     Material {
@@ -125,7 +130,18 @@ pub const MATERIALS: &[Material] = &[
             [3.0e9, 3.59e9],
             "BASF, Ultramid A3K (ISO 527, dry; 1.1 GPa conditioned)",
         ),
+        condition: "dry",
         caution: WATER,
+    },
+    Material {
+        name: "PA6.6 wet",
+        density_kg_m3: 1140.0,
+        density_source: DENSITIES,
+        youngs_modulus_pa: 1.5e9,
+        modulus_source: "Toray, monofilaments of PA6.6, wet",
+        spread: Spread::OneSheet,
+        condition: "wet",
+        caution: "Heat lowers the modulus further.",
     },
     PA6_12,
     Material {
@@ -135,6 +151,7 @@ pub const MATERIALS: &[Material] = &[
         youngs_modulus_pa: 1.4e9,
         modulus_source: "CR-3D, data sheet PA 12 of 2022 (ISO 527)",
         spread: Spread::Sheets([0.9e9, 1.4e9], "Matmatch, Polyamide 12 (0.9 to 1.2 GPa)"),
+        condition: "dry",
         caution: "These are moulded specimens; drawn filaments are usually stiffer. Heat lowers the modulus, water little.",
     },
     Material {
@@ -144,6 +161,17 @@ pub const MATERIALS: &[Material] = &[
         youngs_modulus_pa: 3.07e9,
         modulus_source: "Carolina Brush, Fiber Property Comparisons (polyester, 445 kpsi)",
         spread: Spread::OneSheet,
+        condition: "dry",
+        caution: "Heat lowers the modulus, water little.",
+    },
+    Material {
+        name: "PP",
+        density_kg_m3: 890.0,
+        density_source: DENSITIES,
+        youngs_modulus_pa: 5.10e9,
+        modulus_source: "Carolina Brush, Fiber Property Comparisons (polypropylene, 740 kpsi)",
+        spread: Spread::OneSheet,
+        condition: "dry",
         caution: "Heat lowers the modulus, water little.",
     },
     Material {
@@ -153,6 +181,7 @@ pub const MATERIALS: &[Material] = &[
         youngs_modulus_pa: 206e9,
         modulus_source: "Mollificio Modenese, carbon steel wire EN 10270-1",
         spread: Spread::OneSheet,
+        condition: "dry",
         caution: "",
     },
     Material {
@@ -162,6 +191,7 @@ pub const MATERIALS: &[Material] = &[
         youngs_modulus_pa: 185e9,
         modulus_source: "Cecchi, wire AISI 302 EN 10270-3",
         spread: Spread::Sheets([180e9, 185e9], "Cecchi, wire AISI 316 EN 10270-3"),
+        condition: "dry",
         caution: "",
     },
     Material {
@@ -171,6 +201,7 @@ pub const MATERIALS: &[Material] = &[
         youngs_modulus_pa: 110e9,
         modulus_source: "Wieland, M36 (CuZn36)",
         spread: Spread::Sheets([97e9, 110e9], "E-Z LOK, free-cutting brass C36000"),
+        condition: "dry",
         caution: "",
     },
     abrasive("PA6.12 + 20 % SiC", &SILICON_CARBIDE, 0.2),
@@ -192,7 +223,12 @@ impl Material {
                 .chars()
                 .filter(|letter| letter.is_alphanumeric())
                 .collect();
-            let words = [("nylon", "pa"), ("polyamide", "pa"), ("with", "")];
+            let words = [
+                ("nylon", "pa"),
+                ("polyamide", "pa"),
+                ("polypropylene", "pp"),
+                ("with", ""),
+            ];
             words
                 .iter()
                 .fold(lower, |name, (word, instead)| name.replace(word, instead))
@@ -216,6 +252,7 @@ impl Material {
     #[must_use]
     pub fn provenance(&self) -> &'static str {
         match self.spread {
+            _ if self.condition == "wet" => "as published for wet material",
             Spread::OneSheet | Spread::Sheets(..) => "as published for dry material",
             Spread::Mixture(_) => "computed from those of its parts when dry",
         }
@@ -323,6 +360,10 @@ mod tests {
             Material::find("nylon 6.12 with 30% SiC").map(|material| material.name),
             Some("PA6.12 + 30 % SiC")
         );
+        for (name, expected) in [("polypropylene", "PP"), ("nylon 6.6, wet", "PA6.6 wet")] {
+            let found = Material::find(name).map(|material| material.name);
+            assert_eq!(found, Some(expected));
+        }
         assert_eq!(
             Material::find("Stainless-Steel").map(|material| material.name),
             Some("stainless steel")
@@ -399,6 +440,8 @@ mod tests {
             )
         };
         assert_eq!(filament(&file("material = \"PA6.6\"")), (1140.0, 3.59e9));
+        assert_eq!(filament(&file("material = \"PA6.6 wet\"")), (1140.0, 1.5e9));
+        assert_eq!(filament(&file("material = \"PP\"")), (890.0, 5.1e9));
         assert_eq!(
             filament(&file("material = \"steel\"\nyoungs_modulus_pa = 200e9")),
             (7850.0, 200e9)

@@ -269,6 +269,7 @@ fn what_radii_cannot_tell_is_refused() {
     let mut trial = brush();
     let observed = Some(ObservedEdge {
         edge_radius_m: 1e-4,
+        edge_radius_std_m: None,
         time_s: 60.0,
     });
     trial.removal = Some(RemovalSettings {

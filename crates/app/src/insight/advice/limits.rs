@@ -127,7 +127,7 @@ impl Limits {
     pub(crate) fn allow(&self, place: &OperatingPoint, outcome: &Outcome) -> bool {
         let is_at_most = |value: f64, limit: Option<f64>| limit.is_none_or(|limit| value <= limit);
         self.allow_point(place)
-            && is_at_most(outcome.tool_contact_normal_force_n, self.max_force_n)
+            && is_at_most(outcome.central_n(), self.max_force_n)
             && is_at_most(outcome.tool_power_w, self.max_power_w)
             && self
                 .min_ratio

@@ -64,7 +64,7 @@ const LEAST_FALL: f64 = 0.005;
 const MOST_RANKED: usize = 5;
 
 /// The note where no suggestion is interpolated.
-const NOTHING_BETWEEN: &str = "Nothing is interpolated: nowhere between neighbouring cases within the limits does the force pass what is asked for.";
+const NOTHING_BETWEEN: &str = "Nothing is interpolated: nowhere between neighbouring cases within the limits, along depth or speed, does the force pass what is asked for.";
 
 /// The note where forces are given in place of depths.
 const FORCES_ARE_GIVEN: &str = "Nothing is interpolated, as the depths follow from the forces of this study: for others, state or sweep process.tool_force_n.";
@@ -309,7 +309,68 @@ fn best_of_tools(study: &Study, sections: &[Section], limits: &Limits) -> Vec<To
     };
     let mut tools: Vec<ToolAdvice> = study.tools().iter().filter_map(best).collect();
     tools.sort_by(|a, b| rank(limits, &a.advice.cell.outcome, &b.advice.cell.outcome));
+    if *limits != Limits::default()
+        && let [reference, others @ ..] = &mut tools[..]
+    {
+        for other in others {
+            compare_with(reference, other, sections, limits);
+        }
+    }
     tools
+}
+
+/// Replaces the best case of a tool by the one at the speed of the `reference` whose force is
+/// nearest to that of the `reference`, if there is one within the limits. At another speed the same
+/// force takes another power.
+fn compare_with(
+    reference: &ToolAdvice,
+    tool: &mut ToolAdvice,
+    sections: &[Section],
+    limits: &Limits,
+) {
+    let Some(section) = sections
+        .iter()
+        .find(|section| section.settings == tool.settings)
+    else {
+        return;
+    };
+    let at = &reference.advice.cell;
+    let wanted_n = at.outcome.central_n();
+    let [x, _] = at.position;
+    let column: Vec<&Cited> = section
+        .cells
+        .iter()
+        .filter_map(|row| row[x].as_ref())
+        .collect();
+    let off = |cell: &Cited| (cell.outcome.central_n() - wanted_n).abs();
+    let within = column
+        .iter()
+        .filter(|cell| limits.allow(&cell.place, &cell.outcome) && force(cell) > 0.0);
+    let Some(cell) = within.min_by(|a, b| off(a).total_cmp(&off(b))) else {
+        return;
+    };
+    let name = tool.settings.get(TOOL).and_then(Value::as_str);
+    let mut sentence = format!(
+        "Tool {}; it {}.",
+        name.unwrap_or_default(),
+        cell.outcome.motion()
+    );
+    let is_passed = |pair: &&[&Cited]| {
+        let [from, to] = [pair[0], pair[1]].map(|cell| cell.outcome.central_n() - wanted_n);
+        from * to < 0.0
+    };
+    if let Some(&[a, b]) = column.windows(2).find(is_passed) {
+        let [from, to] = [a, b].map(|cell| cell.outcome.central_n());
+        let share = (wanted_n - from) / (to - from);
+        let between = |value: fn(&Cited) -> f64| value(a) + share * (value(b) - value(a));
+        sentence.push_str(&format!(
+            " For {} N, interpolated: {} mm and {} W.",
+            significant(wanted_n),
+            significant(1e3 * between(|cell| cell.place.penetration_depth_m)),
+            significant(between(|cell| cell.outcome.tool_power_w))
+        ));
+    }
+    tool.advice = about(Topic::ToolAlongside, cell, sentence, &[]);
 }
 
 /// What friction does to the forces of a section, whose highest is that of `top`. `None` if the
@@ -567,7 +628,7 @@ impl Adviser<'_> {
             };
             let sentence = format!(
                 "{what}{}; it {motion}.{band}",
-                off_target(force(cell), target)
+                off_target(cell.outcome.central_n(), target)
             );
             about(Topic::NearTarget, cell, sentence, &[])
         };
@@ -1256,6 +1317,7 @@ mod tests {
             for (result, band) in results.iter_mut().zip([[51.0, 300.0], [49.0, 139.0]]) {
                 let [tool_force_lower_95_n, tool_force_upper_95_n] = band;
                 let scatter = ForceScatter {
+                    tool_force_median_n: 80.0,
                     tool_force_lower_95_n,
                     tool_force_upper_95_n,
                     ..ForceScatter::default()
@@ -1278,6 +1340,101 @@ mod tests {
             recommended(&unstable).rows,
             [3],
             "it strikes, but it is stable"
+        );
+    }
+
+    /// What no case reaches is said first, and what all exceed.
+    #[test]
+    fn a_target_that_no_setting_reaches_is_named_first() {
+        let study = study("rotational_speed_rpm = [400, 800]\npenetration_depth_m = [1e-3, 2e-3]");
+        let cases = [10.0, 20.0, 15.0, 30.6].map(|force| Some((force, 0.9)));
+        for (target_n, expected) in [
+            (
+                60.0,
+                "No setting up to 800 rpm and 2 mm reaches 60 N; the most is 30.6 N\n  nearest to 60 N: 800 rpm",
+            ),
+            (
+                5.0,
+                "All settings from 400 rpm and 1 mm exceed 5 N; the least is 10.0 N\n  nearest to 5 N: 400 rpm",
+            ),
+            (31.0, "Recommended for 31 N: 800 rpm"),
+        ] {
+            let text = advice(&study, &cases, target(target_n)).text(WIDTH);
+            assert!(text.starts_with(expected), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_force_that_is_passed_along_the_speed_is_found() {
+        let sweeps = "rotational_speed_rpm = [2500, 3000]\npenetration_depth_m = [2e-3, 3e-3]";
+        let cases = [40.0, 59.6, 45.0, 74.4].map(|force| Some((force, 0.9)));
+        let section = section(sweeps, &cases, target(62.56));
+        let [suggestion] = &section.interpolated[..] else {
+            panic!("one suggestion: {:?}", section.interpolated);
+        };
+        assert_eq!(suggestion.between_rows, [2, 4]);
+        assert_eq!(suggestion.place.penetration_depth_m, 3e-3);
+        let speed = suggestion.place.rotational_speed_rpm;
+        assert!((speed - 2600.0).abs() < 5.0, "{speed}");
+    }
+
+    /// A limit is kept with a likelihood, and of a force without an uncertainty nothing is known.
+    #[test]
+    fn a_recommendation_says_how_likely_a_limit_is_kept() {
+        let study = study("penetration_depth_m = [1e-3, 2e-3]");
+        let limits = Limits {
+            max_force_n: Some(100.0),
+            ..NONE
+        };
+        let mut uncertain = results(&[Some((50.0, 0.9)), Some((120.0, 0.9))]);
+        uncertain[0].as_mut().expect("a result").scatter = Some(ForceScatter {
+            tool_force_median_n: 60.0,
+            tool_force_lower_95_n: 40.0,
+            tool_force_upper_95_n: 100.0,
+            ..ForceScatter::default()
+        });
+        let text = advise(&study, &uncertain, limits)
+            .expect("advice")
+            .text(WIDTH);
+        let kept = " % of such brushes keep F_n,w ≤ 100 N; 60 N is the median";
+        assert!(text.contains(kept) && text.contains("wide band"), "{text}");
+
+        let exact = testing::study(
+            "[tool]\nbody_radius_m = 0.140\nwidth_m = 0.020\nfilament_count = 1000\n[filament]\nlength_m = 0.040\n\
+             diameter_m = 1.18e-3\n[process]\nbrushing_velocity_m_s = 10.0\npenetration_depth_m = 1e-3\n\
+             [study]\npenetration_depth_m = [1e-3, 2e-3]",
+        );
+        let text = advice(&exact, &[Some((50.0, 0.9)), Some((60.0, 0.9))], limits).text(WIDTH);
+        assert!(!text.contains("band"), "{text}");
+    }
+
+    #[test]
+    fn tools_are_compared_at_the_same_speed() {
+        let study = study(
+            "rotational_speed_rpm = [500, 3000]\npenetration_depth_m = [1e-3, 2e-3]\n\
+             [study.tools.coarse]\n[study.tools.fine]\nfilament.diameter_m = 0.8e-3",
+        );
+        // At 500 rpm coarse has the force, fine at 3000 rpm; at 500 rpm fine has less and more.
+        let mut results = results(
+            &[30.0, 60.0, 70.0, 90.0, 40.0, 70.0, 60.0, 80.0].map(|force| Some((force, 0.9))),
+        );
+        for (result, power) in results
+            .iter_mut()
+            .zip([70.0, 138.0, 800.0, 900.0, 100.0, 160.0, 791.0, 990.0])
+        {
+            metrics_of(result).tool_power_w = power;
+        }
+        let advice = advise(&study, &results, target(60.0)).expect("advice");
+        let compared: Vec<(usize, Topic)> = advice
+            .tools
+            .iter()
+            .map(|tool| (tool.advice.cell.row, tool.advice.topic))
+            .collect();
+        assert_eq!(compared, [(2, Topic::OfTool), (6, Topic::ToolAlongside)]);
+        let sentence = &advice.tools[1].advice.sentence;
+        assert!(
+            sentence.ends_with("For 60.0 N, interpolated: 1.67 mm and 140 W."),
+            "{sentence}"
         );
     }
 

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::insight::measured::relative_uncertainty;
 use bristle_study::grid::CaseSummary;
+use bristle_study::grid::uncertainty::share_below;
 use bristle_study::text::number::significant;
 
 /// What there is to be most of, within the limits.
@@ -69,6 +70,9 @@ pub struct Outcome {
     pub tool_power_w: f64,
     /// Uncertainty of `F_n,w` in N, from that of the number of filaments.
     pub uncertainty_n: f64,
+    /// Median of `F_n,w` in N over the sampled tools, where filaments scatter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tool_force_median_n: Option<f64>,
     /// Lower end of the band of `F_n,w` in N that contains 95 % of the sampled tools, where
     /// filaments scatter.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -125,6 +129,7 @@ impl Outcome {
             tool_torque_n_m: metrics.tool_torque_n_m,
             tool_power_w: metrics.tool_power_w,
             uncertainty_n: relative_uncertainty(settings) * metrics.tool_contact_normal_force_n,
+            tool_force_median_n: scatter.as_ref().map(|scatter| scatter.tool_force_median_n),
             tool_force_lower_95_n: scatter
                 .as_ref()
                 .map(|scatter| scatter.tool_force_lower_95_n),
@@ -143,13 +148,30 @@ impl Outcome {
     pub(super) fn simulated_as(&self, settings: &Settings, summary: &CaseSummary) -> Self {
         let new = Self::new(settings, summary);
         let growth = new.tool_contact_normal_force_n / self.tool_contact_normal_force_n;
-        let [lower, upper] =
-            [self.tool_force_lower_95_n, self.tool_force_upper_95_n].map(|end| Some(growth * end?));
+        let [median, lower, upper] = [
+            self.tool_force_median_n,
+            self.tool_force_lower_95_n,
+            self.tool_force_upper_95_n,
+        ]
+        .map(|quantile| Some(growth * quantile?));
         Self {
+            tool_force_median_n: new.tool_force_median_n.or(median),
             tool_force_lower_95_n: new.tool_force_lower_95_n.or(lower),
             tool_force_upper_95_n: new.tool_force_upper_95_n.or(upper),
             ..new
         }
+    }
+
+    /// Returns the force in N that tools have in the middle: the median where filaments scatter.
+    pub(super) fn central_n(&self) -> f64 {
+        self.tool_force_median_n
+            .unwrap_or(self.tool_contact_normal_force_n)
+    }
+
+    /// Returns the share of tools whose force is at most a limit in N, where filaments scatter.
+    pub(super) fn share_within(&self, limit_n: f64) -> Option<f64> {
+        let [lower, upper] = self.band()?;
+        Some(share_below(limit_n, [lower, self.central_n(), upper]))
     }
 
     /// The band of the force, where filaments scatter.

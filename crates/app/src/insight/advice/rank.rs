@@ -26,7 +26,7 @@ fn distance(outcome: &Outcome) -> f64 {
 /// The same, to 5 %.
 pub(super) fn coarse_rank(limits: &Limits, a: &Outcome, b: &Outcome) -> Ordering {
     let key = |outcome: &Outcome| {
-        let force = outcome.tool_contact_normal_force_n;
+        let force = outcome.central_n();
         let (off, last) = match limits.target_force_n {
             Some(target) => {
                 let off = (force - target).abs();

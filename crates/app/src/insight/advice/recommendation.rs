@@ -12,7 +12,7 @@ use bristle::simulation::{Sampling, Stop};
 use bristle_study::grid::{CaseResult, CaseSummary, DEPTH, Study, VELOCITY, simulate_cases};
 use bristle_study::input::first_file::ASSUMED_TILT_RAD;
 use bristle_study::text::layout::wrap;
-use bristle_study::text::number::{short, uncertain};
+use bristle_study::text::number::{short, significant, uncertain};
 use parking_lot::Mutex;
 use serde::Serialize;
 
@@ -65,6 +65,55 @@ pub struct Recommendation {
     changed: &'static str,
     #[serde(skip)]
     is_end: bool,
+    /// The cases that are within the limits.
+    #[serde(skip)]
+    considered: Considered,
+}
+
+/// Ranges of the cases within the limits.
+#[derive(Clone, Copy, Debug)]
+struct Considered {
+    speed_rpm: [f64; 2],
+    depth_m: [f64; 2],
+    force_n: [f64; 2],
+}
+
+impl Considered {
+    const NONE: Self = Self {
+        speed_rpm: [f64::INFINITY, f64::NEG_INFINITY],
+        depth_m: [f64::INFINITY, f64::NEG_INFINITY],
+        force_n: [f64::INFINITY, f64::NEG_INFINITY],
+    };
+
+    /// Includes a case.
+    fn with(self, place: &OperatingPoint, outcome: &Outcome) -> Self {
+        let widened = |[least, most]: [f64; 2], value: f64| [least.min(value), most.max(value)];
+        Self {
+            speed_rpm: widened(self.speed_rpm, place.rotational_speed_rpm),
+            depth_m: widened(self.depth_m, place.penetration_depth_m),
+            force_n: widened(self.force_n, outcome.central_n()),
+        }
+    }
+
+    /// Returns the sentence that all cases miss a force in N to the same side, if they do.
+    fn miss(&self, target_n: f64) -> Option<String> {
+        let [least_n, most_n] = self.force_n;
+        let target = short(target_n);
+        let [slowest, fastest] = self.speed_rpm.map(short);
+        let [shallowest, deepest] = self.depth_m.map(|depth| short(1e3 * depth));
+        if most_n < (1.0 - NEAR) * target_n {
+            return Some(format!(
+                "No setting up to {fastest} rpm and {deepest} mm reaches {target} N; the most is {} N",
+                significant(most_n)
+            ));
+        }
+        (least_n > (1.0 + NEAR) * target_n).then(|| {
+            format!(
+                "All settings from {slowest} rpm and {shallowest} mm exceed {target} N; the least is {} N",
+                significant(least_n)
+            )
+        })
+    }
 }
 
 /// What simulating a recommendation has given.
@@ -114,6 +163,7 @@ pub(super) fn recommend(
                    place: OperatingPoint,
                    outcome: &Outcome,
                    settings: Settings,
+                   changed: &'static str,
                    is_end: bool| {
             Recommendation {
                 rows,
@@ -124,12 +174,9 @@ pub(super) fn recommend(
                 verified: None,
                 settings,
                 condition: section.slice.condition(),
-                changed: if sides[1].varies() || study.is_pressed_on() {
-                    DEPTH
-                } else {
-                    VELOCITY
-                },
+                changed,
                 is_end,
+                considered: Considered::NONE,
             }
         };
         let cells = section.cells.iter().flatten().flatten();
@@ -143,7 +190,19 @@ pub(super) fn recommend(
             let settings = study
                 .settings(cell.row - 1)
                 .at_depth(cell.place.penetration_depth_m);
-            new(vec![cell.row], cell.place, &cell.outcome, settings, is_end)
+            let changed = if sides[1].varies() || study.is_pressed_on() {
+                DEPTH
+            } else {
+                VELOCITY
+            };
+            new(
+                vec![cell.row],
+                cell.place,
+                &cell.outcome,
+                settings,
+                changed,
+                is_end,
+            )
         });
         let between = section.interpolated.iter();
         let between = between.map(|each| {
@@ -152,19 +211,24 @@ pub(super) fn recommend(
                 each.place,
                 &each.interpolated,
                 each.settings.clone(),
+                each.changed,
                 false,
             )
         });
         simulated.chain(between).collect::<Vec<_>>()
     };
-    let candidates = sections.iter().flat_map(of_section);
+    let candidates: Vec<Recommendation> = sections.iter().flat_map(of_section).collect();
+    let considered = candidates.iter().fold(Considered::NONE, |all, candidate| {
+        all.with(&candidate.place, &candidate.outcome)
+    });
     let better = |a: &Recommendation, b: &Recommendation| {
         let coarse = coarse_rank(limits, &a.outcome, &b.outcome);
         coarse
             .then(a.is_end.cmp(&b.is_end))
             .then_with(|| rank(limits, &a.outcome, &b.outcome))
     };
-    let mut best = candidates.min_by(better)?;
+    let mut best = candidates.into_iter().min_by(better)?;
+    best.considered = considered;
     best.weigh(limits);
     Some(best)
 }
@@ -199,37 +263,34 @@ fn simulated(
 impl Recommendation {
     /// Says what speaks for and against it.
     fn weigh(&mut self, limits: &Limits) {
-        let Outcome {
-            tool_contact_normal_force_n: force,
-            contact_time_ratio: ratio,
-            ..
-        } = self.outcome;
-        let is_narrow = self
-            .outcome
-            .ends()
+        let (force, ratio) = (self.outcome.central_n(), self.outcome.contact_time_ratio);
+        let ends = self.outcome.ends();
+        let is_narrow = ends
             .into_iter()
             .all(|end| (end - force).abs() <= NARROW * force);
         let shown = format!("ε_tc = {ratio:.2}");
+        let of_band = (is_narrow, "narrow band".to_owned(), "wide band".to_owned());
         let reasons = [
-            (
+            Some((
                 ratio > SWEEPING_RATIO,
                 format!("filaments sweep ({shown})"),
                 format!("filaments strike ({shown})"),
-            ),
-            (
+            )),
+            Some((
                 !self.outcome.laterally_unstable,
                 "laterally stable".to_owned(),
                 "laterally unstable".to_owned(),
-            ),
-            (is_narrow, "narrow band".to_owned(), "wide band".to_owned()),
-            (
+            )),
+            // Without a stated uncertainty nothing is known of it.
+            (ends[0] < ends[1]).then_some(of_band),
+            Some((
                 !self.is_end,
                 "inside the grid".to_owned(),
                 "at an end of the grid".to_owned(),
-            ),
+            )),
         ];
         (self.strengths, self.weaknesses) = (Vec::new(), Vec::new());
-        for (speaks_for, strength, weakness) in reasons {
+        for (speaks_for, strength, weakness) in reasons.into_iter().flatten() {
             if speaks_for {
                 self.strengths.push(strength)
             } else {
@@ -373,14 +434,22 @@ impl Recommendation {
         } else {
             format!(", {condition}")
         };
-        let mut lines = vec![format!(
-            "Recommended{target}: {} rpm (v_b = {} m/s), a_e = {} mm{condition}",
+        let setting = format!(
+            "{} rpm (v_b = {} m/s), a_e = {} mm{condition}",
             short(place.rotational_speed_rpm),
             short(place.brushing_velocity_m_s),
             short(1e3 * place.penetration_depth_m)
-        )];
+        );
+        let missed = limits.target_force_n.and_then(|target| {
+            let all = self.considered.with(place, outcome);
+            Some((target, all.miss(target)?))
+        });
+        let mut lines = match missed {
+            Some((target, missed)) => vec![missed, format!("nearest to {target} N: {setting}")],
+            None => vec![format!("Recommended{target}: {setting}")],
+        };
         let mut line = |words: String| lines.push(words);
-        let force = outcome.tool_contact_normal_force_n;
+        let force = outcome.central_n();
         let band = match outcome.band() {
             Some([lower, upper]) => {
                 format!("{} [{} … {}]", short(force), short(lower), short(upper))
@@ -392,6 +461,16 @@ impl Recommendation {
             "F_n,w = {band} N, M_w = {} N m, P_w = {} W",
             machine[0], machine[1]
         ));
+        let kept = limits
+            .max_force_n
+            .and_then(|limit| Some((limit, outcome.share_within(limit)?)));
+        if let Some((limit, share)) = kept {
+            line(format!(
+                "{} of such brushes keep F_n,w ≤ {limit} N; {} N is the median",
+                likely(share),
+                short(force)
+            ));
+        }
         if let Some(removed) = outcome.removed(limits.most()) {
             line(removed);
         }
@@ -442,9 +521,10 @@ impl Recommendation {
                     ""
                 };
                 line(format!(
-                    "in space, tilts of {} mrad{guess}: {} N",
+                    "in space, tilts of {} mrad{guess}: {} N (standard error of this mean: {} N)",
                     short(1e3 * space.lateral_tilt_std_rad),
-                    uncertain(space.tool_contact_normal_force_n, space.standard_error_n)
+                    significant(space.tool_contact_normal_force_n),
+                    short(space.standard_error_n)
                 ));
             }
             Some(Verified {
@@ -454,6 +534,15 @@ impl Recommendation {
             _ => {}
         }
         lines
+    }
+}
+
+/// Returns a share of brushes in whole per cent.
+fn likely(share: f64) -> String {
+    match 100.0 * share {
+        percent if percent > 99.0 => "more than 99 %".to_owned(),
+        percent if percent < 1.0 => "less than 1 %".to_owned(),
+        percent => format!("{percent:.0} %"),
     }
 }
 
@@ -484,7 +573,7 @@ impl Goal {
         if let Self::Within(_) = self {
             outcome.ends()[1]
         } else {
-            outcome.tool_contact_normal_force_n
+            outcome.central_n()
         }
     }
 

@@ -76,6 +76,8 @@ pub enum Topic {
     RemovalPerPower,
     /// The best case of a named tool.
     OfTool,
+    /// The case of a named tool at the speed of the best tool, nearest to its force.
+    ToolAlongside,
 }
 
 impl Topic {
@@ -100,6 +102,7 @@ impl Topic {
             }
             Self::PerDepth => "Most force per penetration depth",
             Self::OfTool => "Best case of each tool",
+            Self::ToolAlongside => "Other tools at this speed, nearest to this force",
             Self::Tier => {
                 "Local maxima over the velocity along the line ε_tc = ½ between sweeping and striking"
             }

@@ -1,7 +1,7 @@
 //! Settings between simulated cases, at which interpolation expects the force that is asked for.
 //!
-//! Between two neighbouring cases that differ in depth, or in velocity if the study has one depth,
-//! all metrics are taken to be linear. An interpolated suggestion is therefore no result; the first
+//! Between two neighbouring cases that differ in depth, or in velocity if the force is not passed
+//! along the depth, all metrics are taken to be linear. An interpolated suggestion is therefore no result; the first
 //! one is simulated if it is recommended.
 
 use bristle::model::record::Record;
@@ -14,7 +14,7 @@ use super::outcome::{OperatingPoint, Outcome};
 use super::rank::rank;
 use crate::insight::slices::{Slice, Varied};
 use bristle_study::grid::uncertainty::ForceScatter;
-use bristle_study::grid::{CaseResult, CaseSummary, Study};
+use bristle_study::grid::{CaseResult, CaseSummary, DEPTH, Study, VELOCITY};
 use bristle_study::text::number::short;
 
 /// Largest number of suggestions for a section.
@@ -30,6 +30,9 @@ pub struct Suggestion {
     pub place: OperatingPoint,
     /// What interpolation expects.
     pub interpolated: Outcome,
+    /// Path of the setting that is interpolated.
+    #[serde(skip)]
+    pub(super) changed: &'static str,
     #[serde(skip)]
     pub(super) settings: Settings,
     #[serde(skip)]
@@ -61,24 +64,19 @@ pub(super) fn suggestions(
         return Vec::new();
     };
     let [x, y] = [slice.x.values.len(), slice.y.values.len()];
-    // Along the depth; along the velocity if there is one depth.
-    let (axis, side, steps): (usize, &Varied, Vec<[[usize; 2]; 2]>) = if slice.y.varies() {
-        (
-            1,
-            &slice.y,
-            (0..x)
-                .flat_map(|x| (1..y).map(move |y| [[x, y - 1], [x, y]]))
-                .collect(),
-        )
-    } else {
-        (0, &slice.x, (1..x).map(|x| [[x - 1, 0], [x, 0]]).collect())
-    };
-    let suggestion = |step: [[usize; 2]; 2]| {
+    let along_depth: Vec<[[usize; 2]; 2]> = (0..x)
+        .flat_map(|x| (1..y).map(move |y| [[x, y - 1], [x, y]]))
+        .collect();
+    let along_speed: Vec<[[usize; 2]; 2]> = (0..y)
+        .flat_map(|y| (1..x).map(move |x| [[x - 1, y], [x, y]]))
+        .collect();
+    let suggestion = |axis: usize, step: [[usize; 2]; 2]| {
+        let (side, changed) = [(&slice.x, VELOCITY), (&slice.y, DEPTH)][axis];
         let [Some(a), Some(b)] = step.map(|[x, y]| cells[y][x].as_ref()) else {
             return None;
         };
         let reaches = |cell: &Cited| match limits.target_force_n {
-            Some(_) => force(cell),
+            Some(_) => cell.outcome.central_n(),
             None => cell.outcome.ends()[1],
         };
         let [from, to] = [a, b].map(reaches);
@@ -111,11 +109,19 @@ pub(super) fn suggestions(
             between_rows: [a.row, b.row],
             place,
             interpolated: outcome,
+            changed,
             settings,
             summary,
         })
     };
-    let mut suggestions: Vec<Suggestion> = steps.into_iter().filter_map(suggestion).collect();
+    let all = |axis: usize, steps: &[[[usize; 2]; 2]]| -> Vec<Suggestion> {
+        let steps = steps.iter().copied();
+        steps.filter_map(|step| suggestion(axis, step)).collect()
+    };
+    let mut suggestions = all(1, &along_depth);
+    if suggestions.is_empty() {
+        suggestions = all(0, &along_speed);
+    }
     suggestions.sort_by(|a, b| rank(limits, &a.interpolated, &b.interpolated));
     suggestions.truncate(MOST);
     suggestions

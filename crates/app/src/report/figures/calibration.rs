@@ -89,7 +89,7 @@ fn grown(calibration: &Calibration, radii: &Radii, format: &Format) -> Picture {
     let upper = of(&|edge| edge.radius_m + BAND * edge.error_m);
     let mut lower = of(&|edge| (edge.radius_m - BAND * edge.error_m).max(0.0));
     lower.reverse();
-    let scale = calibration.errors.scale.sqrt();
+    let scale = calibration.variance.sqrt();
     let bars = calibration.problem.observations.iter().map(|own| {
         let ends = [own.value - own.std * scale, own.value + own.std * scale];
         (radii.time_s(own.point) / second, ends.map(|end| 1e3 * end))
@@ -168,7 +168,7 @@ fn measured_with(calibration: &Calibration) -> &'static str {
 /// Measured over fitted forces.
 fn fitted(calibration: &Calibration, force: usize, format: &Format) -> Picture {
     let [name, unit, word] = FORCES[force];
-    let scale = calibration.errors.scale.sqrt();
+    let scale = calibration.variance.sqrt();
     let observations = calibration
         .problem
         .observations

@@ -122,7 +122,7 @@ fn force_row(calibration: &Calibration, row: usize) -> String {
         }
         None => place(calibration, &calibration.problem.points[own.point]),
     };
-    let std = own.std * calibration.errors.scale.sqrt();
+    let std = own.std * calibration.variance.sqrt();
     format!(
         "<tr><td>{}</td><td><code>{}</code></td><td class=\"number\">{} ± {}</td><td class=\"number\">{}</td><td class=\"number\">{:+.1}</td></tr>\n",
         escape_html(&at),

@@ -6,11 +6,15 @@ mod pass;
 
 use std::process::ExitCode;
 
+use bristle::model::settings::Settings;
 use bristle_app::report::vtk::MAX_SHAPES;
+use bristle_study::grid::uncertainty::scatters;
+use bristle_study::text::layout;
 use clap::Args;
 
 use crate::error::CliError;
 use crate::job::JobArgs;
+use crate::terminal::say;
 use crate::values::parse_count;
 
 /// Simulate one contact, or the filaments of [brush] together, over time
@@ -95,9 +99,25 @@ pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
     if let Some((option, remedy)) = of_other {
         return Err(CliError::Option { option, remedy });
     }
+    if is_ignored(&settings) {
+        say(layout::note(
+            "one simulation ignores [uncertainty]; `bristle study` gives F_n,w its 95 % interval",
+        ));
+    }
     if is_brush {
         brush::run(arguments, &document, settings)
     } else {
         pass::run(arguments, &document, settings).map(|()| ExitCode::SUCCESS)
+    }
+}
+
+/// Returns `true` if `[uncertainty]` states deviations from tool to tool, of which one simulation
+/// knows nothing. Deviations within a brush are simulated, and what a calibration leaves open is
+/// printed.
+fn is_ignored(settings: &Settings) -> bool {
+    if settings.brush.is_some() {
+        settings.uncertainty.scatters() && !settings.uncertainty.scatters_within_brush()
+    } else {
+        scatters(settings)
     }
 }

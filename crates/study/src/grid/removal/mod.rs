@@ -12,6 +12,8 @@ use bristle::model::settings::{
 };
 use bristle::simulation::Stop;
 
+use spec_math::cephes64::ndtri;
+
 use crate::grid::Resources;
 use crate::grid::uncertainty::{BAND, quantile};
 
@@ -62,6 +64,15 @@ bristle::record! {
     }
 }
 
+/// 95 % interval that the standard deviation of an observed radius leaves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObservedInterval {
+    /// Preston coefficient in m²/N.
+    pub preston_m2_n: [f64; 2],
+    /// Time in s after which the edge has its radius at the end.
+    pub time_s: [f64; 2],
+}
+
 /// Growth of an edge and wear of its brush over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Removal {
@@ -71,6 +82,8 @@ pub struct Removal {
     pub simulated: Vec<SimulatedEdge>,
     /// Preston coefficient `k_P` in m²/N: as stated, or from an observed edge.
     pub preston_m2_n: f64,
+    /// What the standard deviation of the observed radius leaves open; `None` without one.
+    pub observed_interval: Option<ObservedInterval>,
     /// Included angle of each edge in rad, in the order in which filaments meet them.
     pub angles_rad: Vec<f64>,
     /// `true` if rows have a band.
@@ -164,6 +177,14 @@ pub fn remove(
             )));
         }
     }
+    if let Some(std) = removal.observed.and_then(|edge| edge.edge_radius_std_m)
+        && observed_radii(&removal).is_some_and(|[least, _]| least <= radius)
+    {
+        return Err(RemovalError::Failed(format!(
+            "`removal.observed` has a standard deviation of {std:e} m, with which the edge may not have grown at all: measure its \
+             radius better, or brush it longer"
+        )));
+    }
     let mut search = Search {
         settings,
         removal,
@@ -173,6 +194,18 @@ pub fn remove(
     };
     let (growth, nodes, change) = search.refined()?;
     search.conclude(&growth, &nodes, change)
+}
+
+/// Returns the ends in m of the 95 % interval of the radius that was observed; `None` without a
+/// standard deviation.
+fn observed_radii(removal: &RemovalSettings) -> Option<[f64; 2]> {
+    let ObservedEdge {
+        edge_radius_m,
+        edge_radius_std_m,
+        ..
+    } = removal.observed?;
+    let half = ndtri(BAND[1]) * edge_radius_std_m?;
+    Some([edge_radius_m - half, edge_radius_m + half])
 }
 
 fn no_coefficient() -> RemovalError {
@@ -434,7 +467,10 @@ impl Search<'_> {
     /// Returns the nodes of the coarsest level, which the growth does not leave.
     fn nodes(&mut self) -> Result<Nodes, RemovalError> {
         let radius = self.settings.workpiece.kind.edge_radius_m();
-        let observed = self.removal.observed.map_or(0.0, |edge| edge.edge_radius_m);
+        let observed = match (self.removal.observed, observed_radii(&self.removal)) {
+            (_, Some([_, largest])) => largest,
+            (observed, None) => observed.map_or(0.0, |edge| edge.edge_radius_m),
+        };
         let goal = self.goal.radius().unwrap_or(0.0).max(observed);
         let sharp = if goal > 0.0 {
             SHARP_RADIUS_M.min(SHARP_SHARE_OF_GOAL * goal)
@@ -528,6 +564,7 @@ impl Search<'_> {
         let ObservedEdge {
             edge_radius_m: goal,
             time_s,
+            ..
         } = observed;
         let turns = time_s * self.settings.angular_velocity_rad_s() / TAU;
         // Without wear, the dose decides: these are the turns with a coefficient of one.
@@ -646,12 +683,55 @@ impl Search<'_> {
             rows,
             simulated: self.passes.simulated(),
             preston_m2_n: growth.preston,
+            observed_interval: self.observed_interval(growth, nodes)?,
             angles_rad: self.angles.clone(),
             has_band: !bands.is_empty(),
             least_radius_m: least,
             change_when_refined: change,
             life_s,
         })
+    }
+
+    /// Returns the interval by the standard deviation of the observed radius; `None` without one.
+    fn observed_interval(
+        &self,
+        growth: &Growth,
+        nodes: &Nodes,
+    ) -> Result<Option<ObservedInterval>, RemovalError> {
+        let (Some(observed), Some([least, largest])) =
+            (self.removal.observed, observed_radii(&self.removal))
+        else {
+            return Ok(None);
+        };
+        let table = self.passes.table(None, nodes);
+        let count = self.settings.tool.filament_count;
+        let rates = |preston: f64| Rates::new(self.settings, count, preston, self.factors(), nodes);
+        let goal = growth.end().larger();
+        let second_per_turn = TAU / self.settings.angular_velocity_rad_s();
+        let mut interval = ObservedInterval {
+            preston_m2_n: [0.0; 2],
+            time_s: [0.0; 2],
+        };
+        // The larger the observed edge, the sooner another one is as large.
+        for (end, edge_radius_m) in [least, largest].into_iter().enumerate() {
+            let observed = ObservedEdge {
+                edge_radius_m,
+                ..observed
+            };
+            let preston = self.preston_of(&table, observed, &rates)?;
+            let (stages, ended) = grow(&table, &rates(preston), End::Radius(goal));
+            let growth = Growth {
+                preston,
+                stages,
+                ended,
+            };
+            if growth.ended != Ended::Done {
+                return Err(self.unreached(goal, &growth));
+            }
+            interval.preston_m2_n[end] = preston;
+            interval.time_s[1 - end] = growth.end().turns * second_per_turn;
+        }
+        Ok(Some(interval))
     }
 
     /// Returns the growth by each sampled tool; empty if none is sampled.

@@ -47,6 +47,12 @@ pub fn check(calibration: &CalibrationUncertainty) -> Result<(), Violation> {
             "one standard error of at least 0 for each setting",
         );
     }
+    if !(0.0..1.0).contains(&calibration.misfit) {
+        return wrong(
+            format!("with `misfit = {:?}`", calibration.misfit),
+            "such that `misfit` is at least 0 and below 1",
+        );
+    }
     let is_correlation = |row: usize, column: usize| {
         let own = calibration.correlations[row][column];
         own.abs() <= 1.0
@@ -142,6 +148,7 @@ mod tests {
                 .into(),
             standard_errors: vec![0.3e9, 0.1],
             correlations: vec![vec![1.0, correlation], vec![correlation, 1.0]],
+            misfit: 0.0,
         }
     }
 
@@ -180,6 +187,7 @@ mod tests {
         );
         assert!(refused(&|own| own.settings[1] = own.settings[0].clone()).contains("each once"));
         assert!(refused(&|own| own.standard_errors[0] = -1.0).contains("standard error"));
+        assert!(refused(&|own| own.misfit = 1.0).contains("misfit"));
         assert!(refused(&|own| own.correlations[0][1] = 0.5).contains("symmetric"));
         assert!(refused(&|own| own.correlations.truncate(1)).contains("a row and a column"));
         let three = |correlation: f64| CalibrationUncertainty {
@@ -196,6 +204,7 @@ mod tests {
                 vec![0.9, 1.0, 0.9],
                 vec![correlation, 0.9, 1.0],
             ],
+            misfit: 0.0,
         };
         assert!(check(&three(0.8)).is_ok() && check(&three(-0.8)).is_err());
     }

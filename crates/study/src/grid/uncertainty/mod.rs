@@ -18,9 +18,11 @@ use spec_math::cephes64::{ndtr, ndtri};
 
 use bristle::model::metrics::tool_force;
 use bristle::model::parameters::{Parameter, Violation};
-use bristle::model::settings::{Hold, Settings};
+use bristle::model::settings::{Hold, Settings, UncertaintySettings};
 
 mod calibration;
+#[cfg(test)]
+mod coverage;
 mod indices;
 
 use indices::{first_order, mean_and_variance};
@@ -196,15 +198,41 @@ pub fn check(settings: &Settings) -> Result<(), Violation> {
         .calibration
         .as_ref()
         .map_or(Ok(()), calibration::check)?;
-    Scatter::of(settings).map_or(Ok(()), |scatter| scatter.check())
+    Scatter::of(&sampled(settings)).map_or(Ok(()), |scatter| scatter.check())
 }
 
-/// Returns `true` if some property of the filaments scatters from tool to tool. Within a brush it
-/// scatters from filament to filament instead.
+/// Returns `true` if some property of the filaments scatters from tool to tool. Deviations from
+/// filament to filament of a brush do not.
 #[must_use]
 pub fn scatters(settings: &Settings) -> bool {
-    settings.brush.is_none()
-        && (settings.uncertainty.scatters() || settings.uncertainty.calibration.is_some())
+    let uncertainty = &settings.uncertainty;
+    let is_within = settings.brush.is_some() && uncertainty.hold == Hold::Machine;
+    uncertainty.calibration.is_some() || (uncertainty.scatters() && !is_within)
+}
+
+/// Returns the settings about which tools are sampled: those of filaments alone, with the
+/// deviations from tool to tool.
+#[must_use]
+pub fn sampled(settings: &Settings) -> Settings {
+    let mut alone = Settings {
+        brush: None,
+        ..settings.clone()
+    };
+    if settings.brush.is_some() && settings.uncertainty.hold == Hold::Machine {
+        let UncertaintySettings {
+            samples,
+            seed,
+            calibration,
+            ..
+        } = settings.uncertainty.clone();
+        alone.uncertainty = UncertaintySettings {
+            samples,
+            seed,
+            calibration,
+            ..UncertaintySettings::default()
+        };
+    }
+    alone
 }
 
 bristle::record! {
@@ -216,6 +244,7 @@ bristle::record! {
     pub struct ForceScatter {
         tool_force_mean_n: f64 = ["", "N", "mean of F_n,w over the tools", "mean of the sampled tools"],
         tool_force_std_n: f64 = ["", "N", "standard deviation of F_n,w", "over the sampled tools"],
+        tool_force_median_n: f64 = ["", "N", "median of F_n,w", "half of the sampled tools have less"],
         tool_force_lower_95_n: f64 =
             ["", "N", "lower end of the 95 % band of F_n,w", "2.5 % of the sampled tools have less"],
         tool_force_upper_95_n: f64 =
@@ -250,6 +279,7 @@ impl ForceScatter {
         Self {
             tool_force_mean_n: factor * self.tool_force_mean_n,
             tool_force_std_n: factor * self.tool_force_std_n,
+            tool_force_median_n: factor * self.tool_force_median_n,
             tool_force_lower_95_n: factor * self.tool_force_lower_95_n,
             tool_force_upper_95_n: factor * self.tool_force_upper_95_n,
             ..self
@@ -292,14 +322,17 @@ pub struct Scatter {
     points: Vec<[f64; INPUT_COUNT]>,
     /// For each tool with calibrated settings: their normal numbers, and the means of the inputs.
     calibrated: Vec<(Vec<f64>, [f64; INPUT_COUNT])>,
+    /// The factor by which the force of each tool differs from a fitted one; empty where nothing is
+    /// calibrated.
+    misfits: Vec<f64>,
 }
 
 impl Scatter {
     /// Samples the tools of the case that `settings` state. `None` if no property of the filaments
-    /// scatters.
+    /// scatters, or filaments touch.
     #[must_use]
     pub fn of(settings: &Settings) -> Option<Self> {
-        if !scatters(settings) {
+        if settings.brush.is_some() || !scatters(settings) {
             return None;
         }
         let seed = settings.uncertainty.seed;
@@ -315,8 +348,14 @@ impl Scatter {
                 (numbers, INPUTS.map(|input| get(input.mean, &sampled)))
             })
         });
+        let misfits = settings.uncertainty.calibration.iter().flat_map(|own| {
+            let dimension = (INPUT_COUNT + own.settings.len()) as u32;
+            let factor = move |index| 1.0 + own.misfit * standard_normal(index, dimension, seed);
+            tools.clone().map(factor)
+        });
         Some(Self {
             calibrated: calibrated.collect(),
+            misfits: misfits.collect(),
             settings: settings.clone(),
             inputs: INPUTS.map(|input| parameter(input.mean)),
             means: INPUTS.map(|input| get(input.mean, settings)),
@@ -454,6 +493,18 @@ impl Scatter {
             .map_or(1.0, |(_, means)| means[MOVING] / self.means[MOVING])
     }
 
+    /// The relative standard deviation of measured forces about fitted ones; zero where nothing is
+    /// calibrated.
+    fn misfit_std(&self) -> f64 {
+        let calibration = &self.settings.uncertainty.calibration;
+        calibration.as_ref().map_or(0.0, |own| own.misfit)
+    }
+
+    /// The factor by which the force of a tool differs from a fitted one.
+    fn misfit(&self, tool: usize) -> f64 {
+        self.misfits.get(tool).copied().unwrap_or(1.0)
+    }
+
     /// Reduces the impulses `p_n` in N s of one filament of each tool to the distribution of the
     /// tool force. The impulse of a simulation that failed is `None`. Returns `None` if more than
     /// half of the simulations failed.
@@ -488,15 +539,19 @@ impl Scatter {
         let mut forces: Vec<f64> = known
             .iter()
             .zip(&per_filament)
-            .map(|(&(tool, _), force)| force * count_of(tool))
+            .map(|(&(tool, _), force)| force * count_of(tool) * self.misfit(tool))
             .collect();
         forces.sort_by(f64::total_cmp);
         let [lower, upper] = BAND.map(|share| quantile(&forces, share));
+        let median = quantile(&forces, 0.5);
 
         let (mean, variance) = mean_and_variance(&per_filament);
         let (count, count_std) = (self.means[MOVING], self.stds[MOVING]);
-        let variance_of_force =
-            variance * count.powi(2) + (mean * count_std).powi(2) + variance * count_std.powi(2);
+        let variance_of_misfit = (mean * count * self.misfit_std()).powi(2);
+        let variance_of_force = variance * count.powi(2)
+            + (mean * count_std).powi(2)
+            + variance * count_std.powi(2)
+            + variance_of_misfit;
         let scattering: Vec<usize> = (0..MOVING)
             .filter(|&input| self.stds[input] > 0.0)
             .collect();
@@ -525,6 +580,7 @@ impl Scatter {
                 }
             }
             shares[MOVING] = (mean * count_std).powi(2) / variance_of_force;
+            sobol_calibration += variance_of_misfit / variance_of_force;
         }
         let [
             sobol_length,
@@ -539,6 +595,7 @@ impl Scatter {
         Some(ForceScatter {
             tool_force_mean_n: mean * count,
             tool_force_std_n: variance_of_force.sqrt(),
+            tool_force_median_n: median,
             tool_force_lower_95_n: lower,
             tool_force_upper_95_n: upper,
             sobol_length,
@@ -559,6 +616,20 @@ impl Scatter {
         // A tool that does not reach the workpiece adds no force at any rate.
         self.settings(tool)
             .map_or(0.0, |settings| settings.angular_velocity_rad_s())
+    }
+}
+
+/// Returns the share of tools whose force is at most `force_n`, from the lower end, the median and
+/// the upper end of their 95 % interval in N: a normal distribution on each side of the median.
+#[must_use]
+pub fn share_below(force_n: f64, [lower, median, upper]: [f64; 3]) -> f64 {
+    let end = if force_n < median { lower } else { upper };
+    let std = (end - median).abs() / ndtri(BAND[1]);
+    let distance = force_n - median;
+    if distance == 0.0 {
+        0.5
+    } else {
+        ndtr(distance / std)
     }
 }
 
