@@ -406,7 +406,7 @@ fn tubes_that_make_no_sense_are_refused() {
         refused(|settings| settings.tool.tilt_rad = Some(0.1)),
     ];
     for (said, part) in said.iter().zip([
-        "every root lies inside",
+        "every root must lie inside",
         "fed against the tool",
         "its radius decides the force",
         "with [brush]",

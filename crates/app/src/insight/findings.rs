@@ -427,8 +427,7 @@ pub const RULES: &[Rule] = &[
         },
         statement: |_, _| {
             format!(
-                "filaments without friction buckle to either side in this bore: the pass starts with a lean of {LEAN} rad against the \
-                 rotation"
+                "frictionless filaments buckle: they start leaning {LEAN} rad against the rotation"
             )
         },
         help: |_, _, _| Some("under [contact]: friction_coefficient = 0.3".to_owned()),
@@ -715,7 +714,7 @@ pub(crate) fn place(settings: &Settings) -> String {
 mod tests {
     use super::*;
     use crate::insight::testing::{brush, result};
-    use bristle::model::settings::{BrushSettings, ToolKind};
+    use bristle::model::settings::{BrushSettings, ToolKind, WorkpieceKind};
     use bristle_study::grid::Sweep;
     use bristle_study::input::document::Document;
     use bristle_study::text::columns;
@@ -935,6 +934,19 @@ mod tests {
             "{note}"
         );
         assert_eq!(vibrating_note(&study, &results, &[0]), None);
+    }
+
+    #[test]
+    fn only_frictionless_tubes_say_that_filaments_lean() {
+        let mut tube = sparse(10.0);
+        tube.workpiece.kind = WorkpieceKind::bore(0.175);
+        let found = |tube: &Settings| {
+            let tube = tube.at_depth(0.18 - 0.175);
+            told(&tube, None, &Metrics::default())
+        };
+        assert_eq!(ids(&found(&tube)), ["B014"]);
+        tube.contact.friction_coefficient = 0.3;
+        assert_eq!(ids(&found(&tube)), [""; 0]);
     }
 
     /// In 80 columns each is at most three lines long.

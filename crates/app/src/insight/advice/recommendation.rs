@@ -319,7 +319,8 @@ impl Recommendation {
         stop: &Stop,
     ) -> io::Result<()> {
         let mut settings = self.settings.clone();
-        if is_packed(&settings) {
+        // In tubes they are simulated alone only.
+        if is_packed(&settings) && settings.tube().is_none() {
             settings.brush = Some(BrushSettings::default());
             // Neighbours decide how filaments arrive, and the band is that of the study, from brush
             // to brush.
