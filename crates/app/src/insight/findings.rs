@@ -145,7 +145,7 @@ const BIAS: Rule = Rule {
     id: "B015",
     quantity: "tool.filament_count",
     meaning: "Filaments touch each other, but settings were fitted with each simulated alone. The fitted friction and modulus take \
-              the effect of neighbours, and are biased by more than their standard errors: of one brush µ was 0.378 ± 0.019 alone, \
+              the effect of neighbours, and are biased by more than their standard errors. Of one brush µ was 0.378 ± 0.019 alone, \
               0.282 ± 0.008 with [brush]. Such settings serve the conditions of the measurement only.",
     judge: |case| {
         let is_alone = case.settings.brush.is_none();
@@ -437,7 +437,7 @@ pub const RULES: &[Rule] = &[
         quantity: "contact_time_ratio",
         meaning: "With [brush] the interval of F_n,w is that of filaments alone, times the effect of interaction at the stated values. \
                   Where filaments sweep, both agree within 5 %. Near the line to striking, single filaments react otherwise than those \
-                  of a brush: of one brush the lower end was 45 % too high there, the upper end 14 %.",
+                  of a brush. Of one brush the lower end was 45 % too high there, the upper end 14 %.",
         judge: |case| {
             let outcome = case.outcome?;
             // One simulation has no interval.
@@ -449,7 +449,7 @@ pub const RULES: &[Rule] = &[
         },
         statement: |value, limit| {
             format!(
-                "the 95 % interval of F_n,w is that of filaments alone, and may be off at ε_tc = {value:.2}, below {limit}"
+                "the interval is that of single filaments, unsure at ε_tc = {value:.2}, below {limit}"
             )
         },
         help: |_, _, _| {

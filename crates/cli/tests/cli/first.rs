@@ -65,7 +65,7 @@ fn a_first_file_can_be_simulated() {
     lacks(&nylon, &["youngs_modulus_pa"]);
     directory.refuses(
         &format!("new wood.toml {ANSWERS} --material wood"),
-        &["must be one of PA6, PA6.6, PA6.12"],
+        &["must be one of PA6, PA6.6, PA6.6 wet"],
     );
     // The file is not replaced.
     directory.refuses(&format!("new brush.toml {ANSWERS}"), &["exists already"]);

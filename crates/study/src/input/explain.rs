@@ -388,7 +388,7 @@ mod tests {
         let advice = explain("friction", WIDTH).expect("a topic");
         let parts = [
             "may have 0.05 to 0.7:",
-            "\n  ceramics wet  0.05 to 0.4  a guess",
+            "\n  ceramic   wet  0.05 to 0.4  a guess",
             "[measured]",
         ];
         assert!(
