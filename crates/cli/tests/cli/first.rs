@@ -44,7 +44,7 @@ fn a_first_file_can_be_simulated() {
             "\nfriction_coefficient = 0.225 ",
             "# The middle of 0.05 to 0.4, a guess for wet ceramic",
             "\nfriction_coefficient_std = 0.0875 ",
-            "\nyoungs_modulus_std_pa = 660000000.0 ",
+            "\nyoungs_modulus_std_pa = 6.6e8 ",
             "(SK-Lab 12 and 13)",
         ],
     );

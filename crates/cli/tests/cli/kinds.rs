@@ -124,7 +124,7 @@ fn a_first_file_of_a_cup_runs_and_says_why_it_has_no_brush() {
 fn a_first_file_of_a_tube_needs_no_depth() {
     let directory = Workspace::new();
     let sizes = "--tool-diameter-mm 32 --width-mm 30 --length-mm 12 --diameter-mm 0.2 --max-rpm 3000 --filaments 9000";
-    let said = directory.said(&format!("new tube.toml --bore-diameter-mm 29 {sizes}"));
+    let said = directory.said(&format!("new tube.toml --bore-diameter-mm 29 --friction 0 {sizes}"));
     has(
         &words(&said),
         &["Those in a bore narrower than the brush are simulated alone"],

@@ -60,7 +60,7 @@ fn defaults_that_decide_the_force_are_told() {
             "contact.stiffness_n_m",
             "contact.friction_coefficient 0 at 0.1: -",
             "at v_b = 10 m/s, a_e = 1 mm.",
-            "on dry steel 0.2 to 0.6",
+            "bristle explain friction",
         ],
     );
     lacks(&told, &["filament.youngs_modulus_pa"]);
