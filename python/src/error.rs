@@ -72,7 +72,7 @@ pub fn of_simulation(error: SimulationError) -> PyErr {
         | SimulationError::NotFinite
         | SimulationError::Force(_)
         | SimulationError::Unbalanced { .. }
-        | SimulationError::NoEquilibrium { .. } => (None, None),
+        | SimulationError::NoEquilibrium => (None, None),
     };
     failed(error, time, step)
 }

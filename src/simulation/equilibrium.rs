@@ -28,7 +28,11 @@ const MAX_ITERATIONS: usize = 500;
 /// Shape of a filament that turns rigidly with its tool: polar angle `φ` of each segment, and
 /// azimuth ahead of the tool, in rad.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct RigidShape(Vec<[f64; 2]>);
+pub(super) struct RigidShape {
+    segments: Vec<[f64; 2]>,
+    /// `true` if Newton's method has found an equilibrium.
+    pub is_equilibrium: bool,
+}
 
 impl RigidShape {
     /// Computes the relative equilibrium of `chain` on `tool`, which turns at `rate` (rad/s),
@@ -67,6 +71,7 @@ impl RigidShape {
         // The square of a time in which the filament moves little at first.
         let (mut weight, mut before, mut last) =
             (rate.powi(-2).min(1.0), f64::INFINITY, f64::INFINITY);
+        let mut is_equilibrium = false;
         for _ in 0..MAX_ITERATIONS {
             let at = clamp.holding(&q, &rest);
             dynamics.residual(at, &rest, &loads, &mut residual);
@@ -94,6 +99,7 @@ impl RigidShape {
             if change <= CONVERGED_CHANGE_RAD
                 || (change < STALLED_CHANGE_RAD && change > last / 2.0)
             {
+                is_equilibrium = true;
                 break;
             }
             last = change;
@@ -103,17 +109,22 @@ impl RigidShape {
             let azimuth = y.atan2(x) - EQUILIBRIUM_ANGLE_RAD;
             [x.hypot(y).atan2(z), azimuth - TAU * (azimuth / TAU).round()]
         });
-        Self(shape.collect())
+        Self {
+            segments: shape.collect(),
+            is_equilibrium,
+        }
     }
 
     /// Returns `true` if all segments are within 60° of the axis.
     pub fn is_axial(&self) -> bool {
-        self.0.iter().all(|[polar, _]| polar.cos().abs() > 0.5)
+        self.segments
+            .iter()
+            .all(|[polar, _]| polar.cos().abs() > 0.5)
     }
 
     /// Returns the coordinates about `z` at the `angle` of the tool (rad).
     pub fn at(&self, angle: f64) -> impl Iterator<Item = [f64; 2]> {
-        self.0
+        self.segments
             .iter()
             .map(move |[polar, ahead]| [*polar, angle + ahead])
     }

@@ -142,10 +142,7 @@ pub enum SimulationError {
         is_rotary: bool,
     },
     /// Filaments that are bent by centrifugal forces have no equilibrium to start from.
-    NoEquilibrium {
-        /// Largest angular acceleration of a segment over `ω²`, seen from the tool.
-        residual: f64,
-    },
+    NoEquilibrium,
 }
 
 impl fmt::Display for SimulationError {
@@ -168,10 +165,8 @@ impl fmt::Display for SimulationError {
                      also at a tenth of the tolerance; {remedy}"
                 )
             }
-            Self::NoEquilibrium { residual } => write!(
-                formatter,
-                "the turning filament has no equilibrium to start from: its segments accelerate by {residual:.1e} ω²; try a lower \
-                 speed, or a stiffer filament"
+            Self::NoEquilibrium => formatter.write_str(
+                "the turning filament has no equilibrium to start from; try a lower speed, or a stiffer filament",
             ),
             Self::Force(error) => error.fmt(formatter),
             Self::NotFinite => formatter.write_str(

@@ -54,8 +54,6 @@ fn reach_around(clamp: &Clamp<f64>, chain: &Chain<f64>) -> [f64; 2] {
     [ahead, behind]
 }
 
-/// Largest angular acceleration of a segment over `ω²` in an equilibrium at the start.
-const LARGEST_ACCELERATION: f64 = 1e-3;
 /// Longest cell of a profile, as a share of the free length: 0.25 mm of the paper's filament.
 const CELL_SHARE: f64 = 1.0 / 160.0;
 /// Tolerance of a pass that is repeated, as a share of the one at which it failed.
@@ -848,6 +846,10 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         itinerary: Itinerary,
         sampler: Sampler,
     ) -> Result<Simulation, SimulationError> {
+        let shape = self.setting.shape.as_ref();
+        if shape.is_some_and(|shape| !shape.is_equilibrium) {
+            return Err(SimulationError::NoEquilibrium);
+        }
         let energy_residual = energy_residual(
             &self.filament,
             &mut Equations::new(self.form, self.filament.chain.clone()),
@@ -897,11 +899,6 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
                 residual: energy_residual,
                 limit,
                 is_rotary: self.setting.is_rotary,
-            });
-        }
-        if record.equilibrium_residual > LARGEST_ACCELERATION {
-            return Err(SimulationError::NoEquilibrium {
-                residual: record.equilibrium_residual,
             });
         }
         Ok(Simulation {

@@ -296,7 +296,7 @@ fn a_pass_that_is_not_resolved_is_repeated_with_shorter_steps() {
         settings.tool_radius_m() - settings.process.penetration_depth_m,
     );
     let broken = Broken {
-        plane: plane.clone(),
+        plane,
         hidden_until: f64::NEG_INFINITY,
         lean: 0.1,
     };
@@ -306,7 +306,7 @@ fn a_pass_that_is_not_resolved_is_repeated_with_shorter_steps() {
         has_ended: Arc::default(),
     };
     let tool = RotaryTool::of(&settings);
-    let repeated = pass_with(&settings, tool.clone(), leaning)
+    let repeated = pass_with(&settings, tool, leaning)
         .expect("the tips touch")
         .simulate(Sampling::default())
         .expect("the second pass is resolved");

@@ -14,7 +14,7 @@ const ARTICLE: &str = "E. Uhlmann and A. Hoyer, Modeling of Contact Forces for B
 /// Returns the method of one contact or brush, computed by this build.
 #[must_use]
 pub fn method_of_case(settings: &Settings) -> String {
-    method(&[settings.clone()], env!("CARGO_PKG_VERSION"))
+    method(std::slice::from_ref(settings), env!("CARGO_PKG_VERSION"))
 }
 
 /// Returns the method of a study, computed by a `version` of Bristle.

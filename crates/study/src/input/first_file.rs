@@ -9,7 +9,7 @@ use bristle::tool::Trim;
 use crate::grid::{DEPTH, SPEED, without_rounding_noise};
 use crate::input::cells::ambiguous;
 use crate::input::document::Document;
-use crate::input::friction::{FRICTION, Pairing, USUAL};
+use crate::input::friction::{FRICTION, Pairing, TOPIC, USUAL};
 use crate::input::input_error::{InputError, LONGEST_KEY};
 use crate::input::materials::{
     CONTACT_STIFFNESS, Material, WIRE_MODULUS_PA, default_contact_stiffness,
@@ -539,7 +539,7 @@ pub fn first_file(
 fn section_of_contact(friction: f64, pairing: Option<&Pairing>, stiffness: f64) -> String {
     let source = pairing.map_or_else(String::new, |pairing| {
         format!(
-            "# The middle of {}, a guess for {} {}; `bristle explain {FRICTION}`:\n",
+            "# The middle of {}, a guess for {} {}; `bristle explain {TOPIC}`:\n",
             pairing.range_text(),
             pairing.condition,
             if pairing.workpiece == "other" {
