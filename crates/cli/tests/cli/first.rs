@@ -36,10 +36,10 @@ fn a_first_file_can_be_simulated() {
     directory.run(&format!(
         "new sparse.toml {sparse} --workpiece ceramic --wet"
     ));
-    let text = directory.read("sparse.toml");
-    lacks(&text, &["[brush]"]);
+    let sparse_text = directory.read("sparse.toml");
+    lacks(&sparse_text, &["[brush]"]);
     has(
-        &text,
+        &sparse_text,
         &[
             "\nfriction_coefficient = 0.225 ",
             "# The middle of 0.05 to 0.4, a guess for wet ceramic",
@@ -49,8 +49,8 @@ fn a_first_file_can_be_simulated() {
         ],
     );
     assert!(
-        text.lines().all(|line| line.chars().count() <= 100),
-        "{text}"
+        sparse_text.lines().all(|line| line.chars().count() <= 100),
+        "{sparse_text}"
     );
     let printed = directory.printed("study sparse.toml --out intervals --no-figures");
     has(&printed, &["95 %", "friction "]);
