@@ -140,6 +140,14 @@ const CLEARLY_SWEEPING: f64 = 0.6;
 /// The setting that makes a filament imperfect.
 const TILT: &str = "filament.lateral_tilt_rad";
 
+/// Returns the spacing of tips that touch each other, where each filament is simulated alone.
+fn packed_alone(case: &JudgedCase<'_>) -> Option<Judgement> {
+    let is_alone = case.settings.brush.is_none();
+    is_alone
+        .then(|| below(tip_spacing(case.settings), PACKED))
+        .flatten()
+}
+
 /// The rule about settings that were fitted to forces of filaments that touch.
 const BIAS: Rule = Rule {
     id: "B015",
@@ -147,12 +155,7 @@ const BIAS: Rule = Rule {
     meaning: "Filaments touch each other, but settings were fitted with each simulated alone. The fitted friction and modulus take \
               the effect of neighbours, and are biased by more than their standard errors. Of one brush µ was 0.378 ± 0.019 alone, \
               0.282 ± 0.008 with [brush]. Such settings serve the conditions of the measurement only.",
-    judge: |case| {
-        let is_alone = case.settings.brush.is_none();
-        is_alone
-            .then(|| below(tip_spacing(case.settings), PACKED))
-            .flatten()
-    },
+    judge: packed_alone,
     statement: |value, _| {
         format!(
             "fitted settings are biased: filaments touch (tips {} diameters apart), but each is simulated alone",
@@ -185,12 +188,7 @@ pub const RULES: &[Rule] = &[
         meaning: "Filaments whose tips are closer than 3.5 diameters touch each other, but each is simulated alone. Neighbours keep each \
                   other off the workpiece, so that the force is lower; in dense trims with long contacts they press each other onto it. \
                   A section [brush] simulates them together, on radial trims. See docs/notes.md, \"Where it matters\".",
-        judge: |case| {
-            let is_alone = case.settings.brush.is_none();
-            is_alone
-                .then(|| below(tip_spacing(case.settings), PACKED))
-                .flatten()
-        },
+        judge: packed_alone,
         statement: |value, _| {
             format!(
                 "filaments touch each other (tips {} diameters apart), but each is simulated alone",
