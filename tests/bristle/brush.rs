@@ -667,7 +667,7 @@ fn each_filament_has_its_own_deviations() {
     let mut settings = row(5, 300.0, 12);
     settings.uncertainty.length_std_m = 2e-4;
     // From brush to brush, the filaments of one are alike.
-    let [alike, stated] = [&settings, &row(5, 300.0, 12)].map(|settings| simulated(settings));
+    let [alike, stated] = [&settings, &row(5, 300.0, 12)].map(simulated);
     assert_eq!(impulses(&alike), impulses(&stated));
     settings.uncertainty.hold = Hold::Machine;
     let result = simulated(&settings);
