@@ -408,6 +408,7 @@ def edges() -> list[Case]:
         Case("plane", 10.0, 1e-3),
         Case("2 turns", 30.0, 1e-3, filament=coarse, turns=2),
         Case("4 turns", 30.0, 1e-3, filament=coarse, turns=4),
+        Case("3 turns, friction", 30.0, 1.5e-3, 0.4, coarse, turns=3),
         Case("2 turns, leaving", 20.0, 1e-3, 0.3, coarse, leaving, turns=2),
     ]
     pieces = (

@@ -20,7 +20,7 @@ use crate::equations::{LANES, lanes_are_compiled};
 use crate::model::metrics::{ContactRecord, Metrics};
 use crate::model::settings::{BrushSettings, Settings, Turns};
 use crate::model::trim::differ;
-use crate::simulation::{Form, Pass, Sampling, Stop, are_steady};
+use crate::simulation::{Form, Pass, Sampling, Stop, are_steady, standard_error_of_turns};
 
 /// Options of a simulation. Results do not depend on them, except for the frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -1081,9 +1081,15 @@ impl BrushRun {
             .filter(|filament| filament.is_counted)
             .map(|filament| filament.metrics.clone())
             .collect();
-        let tool = Metrics::combined(&counted).ok_or(BrushError::NoFilament)?;
+        let mut tool = Metrics::combined(&counted).ok_or(BrushError::NoFilament)?;
+        if tool.unsteady_turns {
+            tool.impulse_standard_error = standard_error_of_turns(&turn_impulses);
+        }
         let alone = self.alone(&filaments)?;
         let impulse = alone.contact_normal_impulse_n_s;
+        let impulse_error_estimate = step_error
+            .hypot(stretch.standard_error)
+            .hypot(tool.impulse_standard_error);
         Ok(BrushResult {
             interaction_factor: if impulse > 0.0 {
                 tool.contact_normal_impulse_n_s / impulse
@@ -1103,7 +1109,7 @@ impl BrushRun {
             statistics,
             energies,
             residuals,
-            impulse_error_estimate: step_error.hypot(stretch.standard_error),
+            impulse_error_estimate,
             turn_contact_normal_impulses_n_s: turn_impulses,
         })
     }
@@ -1179,12 +1185,11 @@ impl BrushRun {
     /// others.
     fn filaments(&self, columns: usize) -> Vec<FilamentResult> {
         let is_unsteady = self.pass.turns() == Turns::Steady && !self.has_steady_turns();
+        let metrics_of = |record: &ContactRecord| self.pass.metrics(record);
         let metrics = |&[number, index]: &[usize; 2]| {
-            let (_, sector) = &self.sectors[number];
-            self.pass.metrics(&ContactRecord {
-                is_unsteady,
-                ..*sector.accounts()[index].last()
-            })
+            let account = &self.sectors[number].1.accounts()[index];
+            let mean = is_unsteady.then(|| account.completed.mean(metrics_of));
+            mean.flatten().unwrap_or_else(|| metrics_of(account.last()))
         };
         self.arrangement
             .roots

@@ -24,7 +24,7 @@ use crate::integrate::tableau::TR_BDF2;
 use crate::integrate::{IntegrationError, Pace, RejectionCause, StepChange, StepControl};
 use crate::model::metrics::{ContactRecord, tip_deflection};
 use crate::model::settings::MAX_TURNS;
-use crate::simulation::{ContactSum, EdgeWork};
+use crate::simulation::{CompletedTurns, ContactSum, EdgeWork};
 use crate::tool::{ClampMotion, RotaryTool, Turning};
 use crate::workpiece::Workpiece;
 
@@ -82,8 +82,8 @@ pub struct Timetable {
 pub struct Account {
     /// Record of the current turn.
     pub record: ContactRecord,
-    /// Record of the turn before.
-    completed: Option<ContactRecord>,
+    /// Records of the last completed turns.
+    pub completed: CompletedTurns,
     /// Impulses of the turns before, in N s.
     pub impulses: Vec<f64>,
     timetable: Timetable,
@@ -231,7 +231,7 @@ impl Sector {
             .zip(bundle.filaments())
             .map(|(timetable, filament)| Account {
                 record: ContactRecord::of_turn(1),
-                completed: None,
+                completed: CompletedTurns::default(),
                 impulses: Vec::new(),
                 load: WorkpieceLoad::none(),
                 edge_work: EdgeWork::new(filament.workpiece.edges().len()),
@@ -613,7 +613,7 @@ impl Account {
         let completed = self.impulses.len();
         completed <= MAX_TURNS
             && self.record.turn == completed + 1
-            && self.completed.map_or(0, |record| record.turn) == completed
+            && self.completed.last().map_or(0, |record| record.turn) == completed
             && self.record.count <= MAX_COUNT
     }
 
@@ -624,7 +624,7 @@ impl Account {
 
     /// Returns the last turn that has ended, or the first one.
     pub fn last(&self) -> &ContactRecord {
-        self.completed.as_ref().unwrap_or(&self.record)
+        self.completed.last().unwrap_or(&self.record)
     }
 
     /// Returns the impulse of all turns so far in N s.
@@ -698,7 +698,7 @@ impl Account {
             return;
         }
         self.impulses.push(self.record.impulse);
-        self.completed = Some(self.record);
+        self.completed.push(self.record);
         self.record = ContactRecord::of_turn(self.record.turn + 1);
         self.edge_work.clear();
     }

@@ -232,12 +232,18 @@ crate::record! {
         }))))),
         laterally_unstable: bool = ["", "", "laterally unstable", "1 if the lateral amplification is above 100, else 0"]
             => needs(Needs::OneFilament, largest(Display::DETAIL)),
-        turns: usize = ["", "", "turns", "turns of the tool that were simulated; all metrics are those of the last one"]
-            => largest(Display::DETAIL),
+        turns: usize = [
+            "", "", "turns",
+            "turns of the tool that were simulated; metrics are those of the last one, or means over the last 25 of 50 that do not become steady"
+        ] => largest(Display::DETAIL),
         unsteady_turns: bool = [
             "", "", "unsteady turns",
             "1 if p_n still changes from turn to turn after 50 turns with turns = \"steady\", else 0"
         ] => largest(Display::DETAIL),
+        impulse_standard_error: f64 = [
+            "", "", "standard error of p_n",
+            "standard error of p_n over p_n, where turns do not become steady and p_n is a mean over the last ones; else 0"
+        ] => optional(largest(Display::DETAIL)),
         equilibrium_residual: f64 = [
             "", "", "residual of the start",
             "largest angular acceleration of a segment at the start over ω², seen from the tool: filaments that are not radial start in equilibrium"
@@ -288,8 +294,6 @@ impl NominalContact {
 pub struct ContactRecord {
     /// Number of the turn observed last, from 1. The observations are of this turn.
     pub turn: usize,
-    /// `true` if the turns should have become steady, but have not.
-    pub is_unsteady: bool,
     /// Residual of the energy balance of all turns, relative to the sum of its terms.
     pub energy_residual: f64,
     /// Deviation of the start from equilibrium: largest angular acceleration of a segment over
@@ -471,7 +475,8 @@ impl Metrics {
             lateral_amplification: record.lateral_amplification,
             laterally_unstable: record.lateral_amplification > UNSTABLE_AMPLIFICATION,
             turns: record.turn,
-            unsteady_turns: record.is_unsteady,
+            unsteady_turns: false,
+            impulse_standard_error: 0.0,
             equilibrium_residual: record.equilibrium_residual,
             energy_residual: record.energy_residual,
         }

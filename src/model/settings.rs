@@ -679,6 +679,9 @@ impl ProcessSettings {
 /// The largest number of turns of a pass.
 pub const MAX_TURNS: usize = 50;
 
+/// Relative change of the impulse from turn to turn below which turns are steady.
+pub const MAX_STEADY_CHANGE: f64 = 1e-3;
+
 /// For how many turns of the tool a filament is followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turns {

@@ -11,6 +11,7 @@ use crate::model::settings::Settings;
 use crate::model::trim::{self, Place};
 
 mod balance;
+mod batches;
 mod crossing;
 mod equilibrium;
 mod error;
@@ -30,6 +31,7 @@ mod system;
 mod trajectory;
 mod turns;
 
+pub(crate) use batches::Batches;
 pub use error::{IntegrationError, NoContactArc, Obstacle, SimulationError};
 pub use force::{DepthSearch, Found, Unreachable, press_on};
 pub(crate) use form::Equations;
@@ -47,7 +49,7 @@ pub use stop::Stop;
 pub(crate) use system::ContactSum;
 pub use system::{COORDINATES, ContactLoads, Filament, FilamentState, FilamentSystem, integral};
 pub use trajectory::{Trajectory, integrate};
-pub(crate) use turns::are_steady;
+pub(crate) use turns::{CompletedTurns, are_steady, standard_error_of_turns};
 
 /// SHA-256 of all code between settings and metrics, in hexadecimal digits. Builds with different
 /// hashes may differ in results.

@@ -5,7 +5,7 @@ use super::profile::{EdgeWork, Ledger, sliding_in};
 use super::search::maximum_in_step;
 use super::step::Step;
 use super::system::{Filament, FilamentState, Touch, integral};
-use super::turns::start_of_turn;
+use super::turns::{CompletedTurns, start_of_turn};
 use crate::contact::Approach;
 use crate::equations::linear::{add, dot, scale, sub};
 use crate::equations::{Chain, ChainDynamics, Clamp, Energies};
@@ -31,6 +31,7 @@ pub struct ContactObserver<M, W> {
     /// Integrals when the turn began.
     earlier: [f64; integral::COUNT],
     record: ContactRecord,
+    completed: CompletedTurns,
     edge_work: EdgeWork,
     was_closed: bool,
     /// `true` if `z` of the clamp's direction is a small tilt out of the plane of the motion.
@@ -72,6 +73,7 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
             earlier: [0.0; integral::COUNT],
             edge_work,
             record: ContactRecord::of_turn(1),
+            completed: CompletedTurns::default(),
             was_closed: false,
             has_lateral_tilt: true,
             gravity_impulse: 0.0,
@@ -109,6 +111,13 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
         &self.record
     }
 
+    /// Returns the records of the last turns, once the last one has ended.
+    pub(super) fn completed_turns(&self) -> CompletedTurns {
+        let mut completed = self.completed.clone();
+        completed.push(self.record);
+        completed
+    }
+
     /// Returns the angular impulse of gravity about the tool axis over all turns so far, in N m s.
     pub(super) fn gravity_impulse(&self) -> f64 {
         self.gravity_impulse
@@ -136,6 +145,9 @@ impl<M: ClampMotion, W: Workpiece> ContactObserver<M, W> {
     /// Takes the next step of the pass.
     pub fn observe(&mut self, step: &Step<'_>) {
         if step.start.time >= start_of_turn(self.before + self.record.turn, self.turn_time) {
+            if self.record.turn > 0 {
+                self.completed.push(self.record);
+            }
             self.record = ContactRecord::of_turn(self.record.turn + 1);
             self.turned = step.start.time;
             self.earlier = step.start.integrals;

@@ -859,13 +859,20 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
             trajectory,
             self.tracks_energy(sampler.sampling),
         );
-        let record = ContactRecord {
-            is_unsteady: itinerary.is_unsteady(),
-            energy_residual,
-            equilibrium_residual: self.equilibrium_residual(),
-            ..*observer.record()
+        let equilibrium_residual = self.equilibrium_residual();
+        let metrics_of = |record: &ContactRecord| {
+            self.metrics(&ContactRecord {
+                energy_residual,
+                equilibrium_residual,
+                ..*record
+            })
         };
-        let metrics = self.metrics(&record);
+        let mean = itinerary
+            .is_unsteady()
+            .then(|| observer.completed_turns().mean(metrics_of));
+        let metrics = mean
+            .flatten()
+            .unwrap_or_else(|| metrics_of(observer.record()));
         let Sampler {
             mut history,
             mut shapes,

@@ -6,12 +6,14 @@
 //! its contact spans two turns. A single turn ends at the tail angle after nominal exit, or later
 //! with the contact.
 
+use super::batches::Batches;
 use super::system::integral::NORMAL_IMPULSE;
 use super::trajectory::Trajectory;
-use crate::model::settings::Turns;
+use crate::model::metrics::{ContactRecord, Metrics};
+use crate::model::settings::{MAX_STEADY_CHANGE, MAX_TURNS, Turns};
 
-/// Relative change of the impulse from turn to turn below which it is steady.
-const MAX_STEADY_CHANGE: f64 = 1e-3;
+/// Number of last turns over which metrics are averaged if the impulse does not become steady.
+const MAX_AVERAGED_TURNS: usize = MAX_TURNS / 2;
 
 /// Returns the start of a turn in s, if each lasts `turn_time` (s). Turns are counted from 0.
 pub(super) fn start_of_turn(turn: usize, turn_time: f64) -> f64 {
@@ -125,18 +127,58 @@ impl Itinerary {
     }
 }
 
-/// Returns `true` if the last two turns have the same normal impulse (N s), also if both have none.
+/// Returns `true` if the last two turns have the same normal impulse (N s), or all have none: a
+/// filament that has once touched can swing over the workpiece for some turns, and return.
 pub(crate) fn are_steady(impulses: &[f64]) -> bool {
-    matches!(
-        *impulses,
-        [.., before, last] if last == before || (last - before).abs() < MAX_STEADY_CHANGE * last
-    )
+    match *impulses {
+        [.., before, last] if last > 0.0 => (last - before).abs() < MAX_STEADY_CHANGE * last,
+        [_, _, ..] => impulses.iter().all(|impulse| *impulse == 0.0),
+        _ => false,
+    }
+}
+
+/// Returns the relative standard error of the mean of the last `impulses` of turns, at most
+/// [`MAX_AVERAGED_TURNS`].
+pub(crate) fn standard_error_of_turns(impulses: &[f64]) -> f64 {
+    let first = impulses.len().saturating_sub(MAX_AVERAGED_TURNS);
+    Batches::new(&impulses[first..]).standard_error()
+}
+
+/// Records of the last completed turns, at most [`MAX_AVERAGED_TURNS`], the oldest first.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct CompletedTurns(Vec<ContactRecord>);
+
+impl CompletedTurns {
+    /// Adds the record of a turn.
+    pub fn push(&mut self, record: ContactRecord) {
+        if self.0.len() == MAX_AVERAGED_TURNS {
+            self.0.remove(0);
+        }
+        self.0.push(record);
+    }
+
+    /// Returns the record of the last turn.
+    pub fn last(&self) -> Option<&ContactRecord> {
+        self.0.last()
+    }
+
+    /// Returns the mean metrics of turns that do not become steady, with the standard error of
+    /// their impulse. `None` if there are no turns.
+    pub fn mean(&self, metrics_of: impl Fn(&ContactRecord) -> Metrics) -> Option<Metrics> {
+        let turns: Vec<Metrics> = self.0.iter().map(metrics_of).collect();
+        let impulses: Vec<f64> = self.0.iter().map(|record| record.impulse).collect();
+        Some(Metrics {
+            unsteady_turns: true,
+            impulse_standard_error: standard_error_of_turns(&impulses),
+            ..Metrics::combined(&turns)?
+        })
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::settings::MAX_TURNS;
 
     #[test]
     fn impulses_are_steady_within_a_thousandth_of_the_later_one() {
@@ -149,6 +191,10 @@ mod tests {
             ![[0.9989, 1.0], [1.0, 0.0], [0.0, 1e-300]]
                 .iter()
                 .any(|pair| are_steady(pair))
+        );
+        assert!(
+            !are_steady(&[1.0, 0.0, 0.0]),
+            "it has swung over the workpiece"
         );
         assert!(!are_steady(&[1.0]));
     }
@@ -176,5 +222,36 @@ mod tests {
         );
         assert!(!after(Turns::Steady, &[1.0; MAX_TURNS]).is_unsteady());
         assert!(!after(Turns::Count(2), &[1.0, 2.0]).is_unsteady());
+    }
+
+    #[test]
+    fn unsteady_turns_have_the_mean_of_the_last_ones_and_its_standard_error() {
+        let metrics_of = |record: &ContactRecord| Metrics {
+            contact_normal_impulse_n_s: record.impulse,
+            peak_contact_normal_force_n: record.peak_force,
+            turns: record.turn,
+            ..Metrics::default()
+        };
+        let mut turns = CompletedTurns::default();
+        assert_eq!(turns.mean(metrics_of), None);
+        // The first half does not count: means of five turns are 2.6 or 2.4 in turn.
+        for turn in 1..=MAX_TURNS {
+            turns.push(ContactRecord {
+                impulse: if turn <= 25 {
+                    1e3
+                } else {
+                    2.0 + (turn % 2) as f64
+                },
+                peak_force: turn as f64,
+                ..ContactRecord::of_turn(turn)
+            });
+        }
+        let mean = turns.mean(metrics_of).expect("there are turns");
+        // 12 turns of 3 (27, 29, …) and 13 of 2 (26, 28, …); √(0.012/5) of the batch means.
+        assert!((mean.contact_normal_impulse_n_s - 2.48).abs() < 1e-12);
+        let expected = (0.012_f64 / 5.0).sqrt() / 2.48;
+        assert!((mean.impulse_standard_error / expected - 1.0).abs() < 1e-9);
+        assert!(mean.unsteady_turns && mean.turns == MAX_TURNS);
+        assert_eq!(mean.peak_contact_normal_force_n, 50.0);
     }
 }

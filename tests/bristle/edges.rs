@@ -160,7 +160,7 @@ impl EdgeReference {
 #[test]
 fn passes_agree_with_casadi_and_cvodes() {
     for (file, count, of_edges) in [
-        ("reference_edges.json", 79, TOLERANCE),
+        ("reference_edges.json", 80, TOLERANCE),
         ("reference_profiles.json", 27, SLIDING_TOLERANCE),
         ("reference_sliding.json", 14, SLIDING_TOLERANCE),
     ] {

@@ -124,6 +124,10 @@ fn what_never_becomes_steady_says_so() {
         (MAX_TURNS, MAX_TURNS, true),
         "{impulses:?}"
     );
+    let late = &impulses[MAX_TURNS / 2..];
+    let mean = late.iter().sum::<f64>() / late.len() as f64;
+    assert!((metrics.contact_normal_impulse_n_s / mean - 1.0).abs() < 1e-9);
+    assert!((1e-3..0.5).contains(&metrics.impulse_standard_error));
 }
 
 #[test]

@@ -10,7 +10,7 @@ use std::fmt::{self, Display, Formatter};
 use bristle::model::filament::first_natural_frequency;
 use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
 use bristle::model::parameters::Parameter;
-use bristle::model::settings::{MAX_TURNS, Settings, Turns};
+use bristle::model::settings::{MAX_STEADY_CHANGE, Settings, Turns};
 use bristle::simulation::{Pass, Statistics};
 use bristle::tool::{LEAN, Trim};
 use bristle::workpiece::{Edge, Part, Workpiece};
@@ -304,20 +304,26 @@ pub const RULES: &[Rule] = &[
     },
     Rule {
         id: "B007",
-        quantity: "unsteady_turns",
-        meaning: "The impulse still changes by more than 0.1 % from turn to turn; the metrics are those of the last one. Take the mean of \
-                  the impulses of many turns, or more damping (filament.damping_ratio).",
+        quantity: "impulse_standard_error",
+        meaning: "The impulse of a filament still changes from turn to turn after 50 turns. Metrics are means over the last 25 turns, and \
+                  impulse_standard_error is the standard error of p_n. A filament that returns bent can strike again and again, or miss \
+                  the workpiece for a turn. More damping (filament.damping_ratio) calms it.",
         judge: |case| {
-            let turns = MAX_TURNS as f64;
-            let is_unsteady = case.outcome?.metrics.unsteady_turns;
-            is_unsteady.then_some(Judgement {
-                value: turns,
-                limit: turns,
-                excess: 1.0,
+            let metrics = &case.outcome?.metrics;
+            let error = metrics.impulse_standard_error;
+            metrics.unsteady_turns.then_some(Judgement {
+                value: error,
+                limit: MAX_STEADY_CHANGE,
+                excess: error / MAX_STEADY_CHANGE,
             })
         },
-        statement: |value, _| format!("the turns are not steady after {value} of them"),
-        help: |_, _, _| Some("take the mean of many turns, or more damping".to_owned()),
+        statement: |value, _| {
+            format!(
+                "turns do not become steady: F_n,w is a mean over the last ones, ± {:.1} %",
+                100.0 * value
+            )
+        },
+        help: |_, _, _| Some("more damping, if the filaments have it".to_owned()),
     },
     Rule {
         id: "B008",
