@@ -10,7 +10,7 @@ use crate::text::shown;
 use fastrand::Rng;
 
 use crate::ir::graph::{NodeId, Symbol};
-use crate::ir::kernel::{Input, Kernel, Output, Shape};
+use crate::ir::kernel::{Kernel, KernelInput, Output, OutputShape};
 use crate::ir::unit::Unit;
 use crate::model::chain::Motion;
 use crate::model::whole::NAMES;
@@ -186,7 +186,7 @@ fn first_difference(
         })
 }
 
-fn input_text(input: &Input) -> String {
+fn input_text(input: &KernelInput) -> String {
     let elements: Vec<&str> = input
         .elements
         .iter()
@@ -415,7 +415,7 @@ pub fn whole_chain(kernels: &[Kernel]) -> Option<(usize, Motion)> {
     let motion = [Motion::Spatial, Motion::Planar].into_iter().find(named)?;
     let [
         Output {
-            shape: Shape::Matrix(rows, columns),
+            shape: OutputShape::Matrix(rows, columns),
             ..
         },
     ] = kernels.first()?.outputs[..]

@@ -23,11 +23,11 @@
 //! use bristle_codegen::back::languages::rust::emit;
 //! use bristle_codegen::back::source::Origin;
 //! use bristle_codegen::ir::unit::Unit;
-//! use bristle_codegen::model::chain::{Motion, Shape};
+//! use bristle_codegen::model::chain::{Motion, RelaxedShape};
 //! use bristle_codegen::model::lagrange::whole_equations_with;
 //! use bristle_codegen::model::whole::Purpose;
 //!
-//! let whole = whole_equations_with(2, Motion::Planar, Shape::default(), |chain| {
+//! let whole = whole_equations_with(2, Motion::Planar, RelaxedShape::default(), |chain| {
 //!     let depth = chain.constant("adhesion_energy", "E_a", Unit::JOULE);
 //!     let length = chain.constant("adhesion_length", "λ", Unit::METRE);
 //!     let [_, height, _] = chain.positions[2];

@@ -32,7 +32,7 @@ use bristle_study::input::control_points::read_control_points;
 use bristle_study::input::document::Document;
 use bristle_study::input::input_error::InputError;
 use bristle_study::input::measured::{
-    Format, Measurement, measured_text, read_measured, read_radii,
+    Measurement, TableFormat, measured_text, read_measured, read_radii,
 };
 use bristle_study::input::table::DataError;
 use serde_json::{Value, json};
@@ -268,7 +268,7 @@ pub fn state(bytes: &[u8]) -> Result<(), String> {
 /// bounded.
 pub fn tables(bytes: &[u8]) -> Result<(), String> {
     let text = String::from_utf8_lossy(bytes);
-    let format = Format::default();
+    let format = TableFormat::default();
     let forces = read_measured(&text, "forces.csv", &format);
     if let Ok(forces) = &forces {
         let again = read_measured(&measured_text(forces, &[]), "again.csv", &format);

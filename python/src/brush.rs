@@ -31,7 +31,7 @@ use pyo3::types::{PyBytes, PyDict};
 
 use crate::arrays::{Columns, add_columns, frozen, table};
 use crate::error::{of_brush, of_brush_run, of_settings, of_value};
-use crate::input::{Input, occupied_for};
+use crate::input::{InputFile, occupied_for};
 use crate::interrupt::on_a_thread_sharing;
 
 /// A simulated brush.
@@ -53,7 +53,7 @@ pub struct SimulatedBrush {
 #[pyfunction]
 pub fn brush(
     py: Python<'_>,
-    input: &Input,
+    input: &InputFile,
     resources: (Option<NonZeroUsize>, Option<u64>),
     frames: usize,
     means: (Option<PathBuf>, bool, bool),
@@ -261,7 +261,7 @@ impl SimulatedBrush {
     #[staticmethod]
     fn of_state(
         py: Python<'_>,
-        input: &Input,
+        input: &InputFile,
         state: (usize, Vec<u8>, [f64; 2], Option<String>),
     ) -> PyResult<Self> {
         let (frames, state, [depth, stiffness], checked) = state;

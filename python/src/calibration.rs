@@ -7,26 +7,28 @@ use bristle::simulation::Stop;
 use bristle_app::run::calibration::{OF_CALIBRATION, calibrated_text, write_calibration};
 use bristle_app::run::forces::{ForceJournal, JournaledForces};
 use bristle_study::calibrate::{
-    FitError, Fitted, Means, Problem, Reach, STARTS, calibrate as fitted_to, summary,
+    CalibrationContext, FitError, Fitted, MeasurementLimits, Problem, STARTS,
+    calibrate as fitted_to, summary,
 };
 use bristle_study::grid::Resources;
-use bristle_study::input::measured::{Format, read_points, read_radii};
+use bristle_study::input::measured::{TableFormat, read_points, read_radii};
 use bristle_study::text::layout::WIDTH;
 use pyo3::prelude::*;
 
 use crate::error::{of_file, of_input, of_journal, of_settings};
-use crate::input::{Input, occupied_for};
+use crate::input::{InputFile, occupied_for};
 use crate::interrupt::on_a_thread_sharing;
 
-/// Fits settings of `input` to the table `measured`, with its relative standard deviation, and
-/// returns the text of `calibration.json`, that of the program, and the change if it is to `check`.
+/// Fits settings of `input` to the table `measured`, with its relative standard deviation. Returns
+/// the text of `calibration.json`, the text that the program prints, and the change if it is to
+/// `check`.
 ///
-/// Of its `headings`, those that `[measured]` names count, and keys. Files are written to the
+/// Only those `headings` count that are keys or are named by `[measured]`. Files are written to the
 /// directory `out`, if there is one. Each of `fit` is a key, or a key and its range.
 #[pyfunction]
 pub fn calibrate(
     py: Python<'_>,
-    input: &Input,
+    input: &InputFile,
     measured: (String, Vec<String>, Option<f64>),
     fit: Vec<String>,
     reach: (Option<f64>, Option<f64>),
@@ -41,7 +43,7 @@ pub fn calibrate(
     stated
         .columns
         .retain(|(_, column)| headings.contains(&column.heading));
-    let format = Format {
+    let format = TableFormat {
         separator: Some(','),
         decimal: Some('.'),
         relative_std: relative_std.or(stated.relative_std),
@@ -70,7 +72,7 @@ pub fn calibrate(
         threads,
         memory: None,
     };
-    let reach = Reach {
+    let reach = MeasurementLimits {
         max_rpm: reach.0,
         max_depth_m: reach.1,
     };
@@ -84,7 +86,7 @@ pub fn calibrate(
         let fitted = fitted_to(
             problem,
             reach,
-            Means {
+            CalibrationContext {
                 resources,
                 stop: &stop,
                 observer: &watch,
@@ -108,7 +110,7 @@ pub fn calibrate(
         }
         let tell_checked = |done| tell(share + share * done);
         let changed = check.then(|| {
-            found.change_when_checked(Means {
+            found.change_when_checked(CalibrationContext {
                 resources,
                 stop: &stop,
                 observer: &JournaledForces {

@@ -15,7 +15,7 @@ use bristle_app::run::contact::{
     self as files, ShapeTimes, last_shapes, write_check, write_contact,
 };
 use bristle_app::store::results::{
-    Origin, read_history, read_profile, write_history, write_metrics, write_profile,
+    BuildOrigin, read_history, read_profile, write_history, write_metrics, write_profile,
 };
 use bristle_app::store::staged::FileError;
 use bristle_study::grid::check::{FINER_PASS, check_text, finer_pass};
@@ -27,9 +27,9 @@ use pyo3::types::PyDict;
 
 use crate::arrays::{Columns, frozen, table};
 use crate::error::{of_file, of_settings, of_simulation, of_value};
-use crate::input::{Input, occupied_for};
+use crate::input::{InputFile, occupied_for};
 use crate::interrupt::{Watch, on_a_thread};
-use crate::tool::SampledTool;
+use crate::tool::PythonTool;
 
 /// A simulated pass.
 #[pyclass(frozen, module = "bristle._bristle")]
@@ -47,10 +47,10 @@ pub struct Simulated {
 #[pyfunction]
 pub fn simulate(
     py: Python<'_>,
-    input: &Input,
+    input: &InputFile,
     samples: usize,
     shapes: usize,
-    tool: Option<&Bound<'_, SampledTool>>,
+    tool: Option<&Bound<'_, PythonTool>>,
     means: (Option<PathBuf>, bool),
     tell: Option<Py<PyAny>>,
 ) -> PyResult<Simulated> {
@@ -122,7 +122,7 @@ fn write(
 }
 
 /// Result of [`Simulated::state`].
-type State<'py> = (
+type PickledPass<'py> = (
     String,
     f64,
     String,
@@ -254,7 +254,7 @@ impl Simulated {
                     title: name.to_owned(),
                     ..Statement::default()
                 },
-                origin: &Origin::here(),
+                origin: &BuildOrigin::here(),
                 assumptions: &Assumptions::default(),
                 answer: None,
                 measured: &[],
@@ -266,7 +266,7 @@ impl Simulated {
 
     /// Returns everything but the settings, for [`Simulated::of_state`]: the summary as JSON, the
     /// tables as their files, and the shapes.
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<State<'py>> {
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<PickledPass<'py>> {
         let summary = serde_json::to_string(&self.summary()).map_err(of_value)?;
         let (mut history, mut profile) = (Vec::new(), Vec::new());
         write_history(&mut history, &self.simulation.history)?;
@@ -284,7 +284,7 @@ impl Simulated {
 
     /// Restores the pass from the result of [`Simulated::state`].
     #[staticmethod]
-    fn of_state(input: &Input, state: State<'_>) -> PyResult<Self> {
+    fn of_state(input: &InputFile, state: PickledPass<'_>) -> PyResult<Self> {
         let (summary, end_time_s, history, profile, (times, nodes), checked) = state;
         let CaseSummary {
             metrics,

@@ -8,13 +8,13 @@ use bristle::simulation::Stop;
 use bristle_app::insight::convergence::converge as judged;
 use bristle_app::report::convergence::convergence_text;
 use bristle_app::run::convergence::{OF_CONVERGENCE, write_convergence};
-use bristle_app::run::{Observer, RunContext, StudyRun};
+use bristle_app::run::{ProgressObserver, RunContext, StudyRun};
 use bristle_study::grid::{CaseResult, Resources, Study};
 use bristle_study::text::layout::WIDTH;
 use pyo3::prelude::*;
 
 use crate::error::{of_file, of_settings};
-use crate::input::{Input, occupied_for};
+use crate::input::{InputFile, occupied_for};
 use crate::interrupt::on_a_thread_sharing;
 
 /// Reports the share of finished cases.
@@ -24,7 +24,7 @@ struct Share<'a> {
     cases: usize,
 }
 
-impl Observer for Share<'_> {
+impl ProgressObserver for Share<'_> {
     fn case_done(&self, _: usize, _: bool) {
         let done = 1 + self.done.fetch_add(1, Ordering::Relaxed);
         (self.tell)(done as f64 / self.cases as f64);
@@ -36,7 +36,7 @@ impl Observer for Share<'_> {
 #[pyfunction]
 pub fn converge(
     py: Python<'_>,
-    input: &Input,
+    input: &InputFile,
     means: (Option<NonZeroUsize>, Option<PathBuf>),
     tell: Option<Py<PyAny>>,
 ) -> PyResult<(String, String)> {

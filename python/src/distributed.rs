@@ -10,7 +10,7 @@ use parking_lot::Mutex;
 use pyo3::prelude::*;
 
 use crate::error::of_value;
-use crate::input::Input;
+use crate::input::InputFile;
 use crate::interrupt::on_a_thread_telling;
 use crate::study::of_run;
 
@@ -24,7 +24,7 @@ pub struct Cases {
 #[pymethods]
 impl Cases {
     #[new]
-    fn new(input: &Input, check: bool) -> PyResult<Self> {
+    fn new(input: &InputFile, check: bool) -> PyResult<Self> {
         let study = input.study(check)?;
         Ok(Self {
             keys: StudyKeys::new(&study),

@@ -9,7 +9,7 @@ use bristle::simulation::Stop;
 use bristle::tool::radial_clamp;
 use bristle_equations::batch::{Batch, BatchError, Member};
 use bristle_equations::derive::{
-    ARTICLE_WIDTH_MM, DeriveFormat, Derived, Equations, Motion, Shape, derive as derived,
+    ARTICLE_WIDTH_MM, DeriveFormat, Derived, Equations, Motion, RelaxedShape, derive as derived,
     derive_fragment,
 };
 use bristle_equations::evaluation;
@@ -21,7 +21,7 @@ use numpy::{
 use pyo3::prelude::*;
 
 use crate::error::{of_input, of_value};
-use crate::input::Input;
+use crate::input::InputFile;
 use crate::interrupt::{Watch, unseen};
 
 /// Number of states computed at a time: few enough that their clamps stay in a cache.
@@ -32,7 +32,7 @@ const STATES_PER_CHUNK: usize = 256;
 #[pyfunction]
 pub fn accelerations<'py>(
     py: Python<'py>,
-    input: &Input,
+    input: &InputFile,
     q: PyReadonlyArray3<'py, f64>,
     v: PyReadonlyArray3<'py, f64>,
     base: [PyReadonlyArray1<'py, f64>; 3],
@@ -112,7 +112,7 @@ pub fn accelerations<'py>(
 
 /// Returns the output of `bristle evaluate` for the `state`, both as JSON.
 #[pyfunction]
-pub fn evaluate(py: Python<'_>, input: &Input, state: String) -> PyResult<String> {
+pub fn evaluate(py: Python<'_>, input: &InputFile, state: String) -> PyResult<String> {
     let settings = input.settings()?.clone();
     let state = parse_state(&state).map_err(of_value)?;
     let body_radius = settings.tool.body_radius_m;
@@ -129,7 +129,7 @@ pub fn evaluate(py: Python<'_>, input: &Input, state: String) -> PyResult<String
 #[allow(clippy::too_many_arguments, reason = "the switches of the program")]
 pub fn derive(
     py: Python<'_>,
-    input: Option<&Input>,
+    input: Option<&InputFile>,
     segments: Option<usize>,
     planar: bool,
     uniform: bool,
@@ -161,7 +161,7 @@ pub fn derive(
         (None, Some(segments)) => of_segments(segments)?,
         (None, None) => Equations::Kernels,
     };
-    let shape = Shape {
+    let shape = RelaxedShape {
         is_straight: straight,
         is_cylinder: uniform,
     };
@@ -206,6 +206,6 @@ fn of_segments(segments: usize) -> PyResult<Equations> {
     Ok(Equations::Whole {
         segments,
         motion: Motion::Spatial,
-        shape: Shape::default(),
+        shape: RelaxedShape::default(),
     })
 }

@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::io;
 
 use bristle::brush::BrushError;
-use bristle::integrate::IntegrationError as StepError;
+use bristle::integrate::StepControlError;
 use bristle::simulation::{IntegrationError, SimulationError};
 use bristle_app::run::brush::BrushRunError;
 use bristle_app::store::journal_file::JournalFileError;
@@ -53,27 +53,26 @@ pub fn of_settings(error: impl ToString) -> PyErr {
 
 /// Returns the exception for a simulation, with time and step in s.
 pub fn of_simulation(error: SimulationError) -> PyErr {
-    let (time, step) = match &error {
-        SimulationError::Integration(IntegrationError::Step(StepError::StepTooSmall {
-            time,
-            step,
-            ..
-        })) => (Some(*time), Some(*step)),
-        SimulationError::Integration(IntegrationError::Step(
-            StepError::NotFinite { time } | StepError::Refused { time, .. },
-        )) => (Some(*time), None),
-        SimulationError::Integration(IntegrationError::TooManySteps { step, .. }) => {
-            (None, Some(*step))
-        }
-        SimulationError::Integration(
-            IntegrationError::Jump { time, .. } | IntegrationError::Normal { time, .. },
-        ) => (Some(*time), None),
-        SimulationError::Integration(IntegrationError::NotFree | IntegrationError::Stopped)
-        | SimulationError::NotFinite
-        | SimulationError::Force(_)
-        | SimulationError::Unbalanced { .. }
-        | SimulationError::NoEquilibrium => (None, None),
-    };
+    let (time, step) =
+        match &error {
+            SimulationError::Integration(IntegrationError::Step(
+                StepControlError::StepTooSmall { time, step, .. },
+            )) => (Some(*time), Some(*step)),
+            SimulationError::Integration(IntegrationError::Step(
+                StepControlError::NotFinite { time } | StepControlError::Refused { time, .. },
+            )) => (Some(*time), None),
+            SimulationError::Integration(IntegrationError::TooManySteps { step, .. }) => {
+                (None, Some(*step))
+            }
+            SimulationError::Integration(
+                IntegrationError::Jump { time, .. } | IntegrationError::Normal { time, .. },
+            ) => (Some(*time), None),
+            SimulationError::Integration(IntegrationError::NotFree | IntegrationError::Stopped)
+            | SimulationError::NotFinite
+            | SimulationError::Force(_)
+            | SimulationError::Unbalanced { .. }
+            | SimulationError::NoEquilibrium => (None, None),
+        };
     failed(error, time, step)
 }
 
@@ -92,7 +91,7 @@ pub fn of_brush(error: BrushError) -> PyErr {
     }
 }
 
-/// That of a brush whose files go to a directory.
+/// Returns the exception for a brush whose files go to a directory.
 pub fn of_brush_run(error: BrushRunError) -> PyErr {
     match error {
         BrushRunError::Refused(error) | BrushRunError::Failed(error) => of_brush(error),

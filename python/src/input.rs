@@ -19,8 +19,8 @@ use pyo3::prelude::*;
 use crate::error::{of_document, of_file, of_input, of_settings};
 
 /// An input file that has been read and checked.
-#[pyclass(frozen, module = "bristle._bristle")]
-pub struct Input {
+#[pyclass(name = "Input", frozen, module = "bristle._bristle")]
+pub struct InputFile {
     text: String,
     name: String,
     settings: Settings,
@@ -29,7 +29,7 @@ pub struct Input {
     unusual: Vec<String>,
 }
 
-impl Input {
+impl InputFile {
     /// Returns the text that states the settings, in TOML.
     pub fn text(&self) -> &str {
         &self.text
@@ -93,7 +93,7 @@ fn settings_of(document: &Document<'_>) -> PyResult<(Settings, Option<InputError
 }
 
 #[pymethods]
-impl Input {
+impl InputFile {
     #[new]
     fn new(text: String, name: String) -> PyResult<Self> {
         let document = Document::parse(&text, &name).map_err(of_input)?;

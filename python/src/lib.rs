@@ -24,12 +24,12 @@ use pyo3::prelude::*;
 fn _bristle(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add(
-        "MOST_CONTROL_POINTS",
-        bristle_study::input::control_points::MOST_CONTROL_POINTS,
+        "MAX_CONTROL_POINTS",
+        bristle_study::input::control_points::MAX_CONTROL_POINTS,
     )?;
-    module.add_class::<input::Input>()?;
+    module.add_class::<input::InputFile>()?;
     module.add_class::<contact::Simulated>()?;
-    module.add_class::<tool::SampledTool>()?;
+    module.add_class::<tool::PythonTool>()?;
     module.add_class::<brush::SimulatedBrush>()?;
     module.add_class::<study::PendingStudy>()?;
     module.add_class::<study::SimulatedStudy>()?;

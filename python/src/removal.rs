@@ -19,7 +19,7 @@ use pyo3::types::PyDict;
 
 use crate::arrays::{Columns, table};
 use crate::error::{of_file, of_settings};
-use crate::input::{Input, occupied_for};
+use crate::input::{InputFile, occupied_for};
 use crate::interrupt::on_a_thread_sharing;
 
 /// Both tables, numbers of the whole, its text, and its warnings.
@@ -38,7 +38,7 @@ type Followed<'py> = (
 #[pyfunction]
 pub fn wear<'py>(
     py: Python<'py>,
-    input: &Input,
+    input: &InputFile,
     means: (Option<NonZeroUsize>, Option<PathBuf>, bool),
     tell: Option<Py<PyAny>>,
 ) -> PyResult<Followed<'py>> {

@@ -15,11 +15,11 @@ use bristle_app::insight::advice::{Limits, advise};
 use bristle_app::insight::assumptions::Assumptions;
 use bristle_app::insight::findings::judge_study;
 use bristle_app::report::page::{ReportContext, course_recorder};
-use bristle_app::run::{Observer, RunContext, RunError, StudyRun, TakeError, page_of};
+use bristle_app::run::{ProgressObserver, RunContext, RunError, StudyRun, TakeError, page_of};
 use bristle_app::store::journal;
 use bristle_app::store::results::{
-    Cell, FIXED_COLUMNS, Origin, read_runs, read_study, run_columns, run_rows, study_text,
-    write_runs,
+    BuildOrigin, FIXED_COLUMNS, TableCell, read_runs, read_study, run_columns, run_rows,
+    study_text, write_runs,
 };
 use bristle_app::store::staged::StagedFile;
 use bristle_app::store::study_files::{RUNS, STUDY};
@@ -38,9 +38,9 @@ use pyo3::types::PyDict;
 
 use crate::arrays::frozen;
 use crate::error::{of_file, of_journal, of_settings, of_value};
-use crate::input::Input;
+use crate::input::InputFile;
 use crate::interrupt::{on_a_thread, on_a_thread_telling};
-use crate::tool::SampledTool;
+use crate::tool::PythonTool;
 
 /// A simulated study.
 #[pyclass(frozen, module = "bristle._bristle")]
@@ -50,12 +50,12 @@ pub struct SimulatedStudy {
 }
 
 /// Numbers of finished cases, and of failed ones among them.
-struct Progress {
+struct CaseCounts {
     done: AtomicUsize,
     failed: AtomicUsize,
 }
 
-impl Observer for Progress {
+impl ProgressObserver for CaseCounts {
     fn case_done(&self, _: usize, failed: bool) {
         self.done.fetch_add(1, Ordering::Relaxed);
         self.failed
@@ -74,10 +74,10 @@ pub fn of_run(error: RunError) -> PyErr {
 /// A study without all results, which are simulated here or gathered from elsewhere.
 #[pyclass(frozen, module = "bristle._bristle")]
 pub struct PendingStudy {
-    input: Py<Input>,
+    input: Py<InputFile>,
     study: Study,
     /// Tool that replaces the tool of the settings.
-    tool: Option<Py<SampledTool>>,
+    tool: Option<Py<PythonTool>>,
     /// Run of the study; `None` during the simulation, and once it is closed.
     run: Mutex<Option<StudyRun>>,
 }
@@ -89,11 +89,11 @@ impl PendingStudy {
     /// case is simulated again with more precision if it is to `check`.
     #[new]
     fn new(
-        input: Py<Input>,
+        input: Py<InputFile>,
         means: (Option<PathBuf>, bool, bool),
         threads: Option<NonZeroUsize>,
         memory: Option<u64>,
-        tool: Option<Py<SampledTool>>,
+        tool: Option<Py<PythonTool>>,
     ) -> PyResult<Self> {
         let (out, restart, check) = means;
         let study = input.get().study(check)?;
@@ -163,7 +163,7 @@ impl PendingStudy {
         tell: Option<Py<PyAny>>,
     ) -> PyResult<SimulatedStudy> {
         let (done, total, failed) = self.counts()?;
-        let progress = Progress {
+        let progress = CaseCounts {
             done: done.into(),
             failed: failed.into(),
         };
@@ -285,7 +285,7 @@ impl SimulatedStudy {
     /// floats.
     fn runs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let names = run_columns(&self.study, &self.results);
-        let mut columns: Vec<Vec<Cell>> = names
+        let mut columns: Vec<Vec<TableCell>> = names
             .iter()
             .map(|_| Vec::with_capacity(self.results.len()))
             .collect();
@@ -370,13 +370,13 @@ impl SimulatedStudy {
     }
 
     /// Writes the page.
-    fn report(&self, py: Python<'_>, input: &Input, path: PathBuf) -> PyResult<()> {
+    fn report(&self, py: Python<'_>, input: &InputFile, path: PathBuf) -> PyResult<()> {
         let stop = Stop::default();
         on_a_thread(py, &stop, || {
             let recorder = course_recorder(&self.study).until(&stop);
             let statement = input.statement()?;
             let assumptions = Assumptions::of_study(&self.study, &self.results, &statement);
-            let origin = Origin::here();
+            let origin = BuildOrigin::here();
             let findings = judge_study(&self.study, &self.results);
             let context = ReportContext {
                 statement: &statement,
@@ -447,26 +447,26 @@ impl SimulatedStudy {
 }
 
 /// Returns the count of a cell, if it has one.
-fn count(cell: &Cell) -> Option<i64> {
+fn count(cell: &TableCell) -> Option<i64> {
     match cell {
-        Cell::Count(count) => count.map(|count| count as i64),
+        TableCell::Count(count) => count.map(|count| count as i64),
         _ => None,
     }
 }
 
 /// Returns the number of a cell; NaN if it has none.
-fn number(cell: &Cell) -> f64 {
+fn number(cell: &TableCell) -> f64 {
     match cell {
-        Cell::Real(value) => value.unwrap_or(f64::NAN),
-        Cell::Count(count) => count.map_or(f64::NAN, |count| count as f64),
-        Cell::Text(_) => f64::NAN,
+        TableCell::Real(value) => value.unwrap_or(f64::NAN),
+        TableCell::Count(count) => count.map_or(f64::NAN, |count| count as f64),
+        TableCell::Text(_) => f64::NAN,
     }
 }
 
 /// Returns the text of a cell of text.
-fn text(cell: &Cell) -> Option<&str> {
+fn text(cell: &TableCell) -> Option<&str> {
     match cell {
-        Cell::Text(text) => Some(text),
+        TableCell::Text(text) => Some(text),
         _ => None,
     }
 }

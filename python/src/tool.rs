@@ -10,13 +10,13 @@ use pyo3::prelude::*;
 use crate::error::of_value;
 
 /// A [`bristle::tool::SampledTool`] whose samples the Python package holds.
-#[pyclass(frozen, module = "bristle._bristle")]
-pub struct SampledTool {
+#[pyclass(name = "SampledTool", frozen, module = "bristle._bristle")]
+pub struct PythonTool {
     tool: bristle::tool::SampledTool,
 }
 
 #[pymethods]
-impl SampledTool {
+impl PythonTool {
     /// Creates the tool through samples of its clamp: positions in m and directions, both of the
     /// shape `(k, 3)`.
     #[new]
@@ -38,7 +38,7 @@ impl SampledTool {
     }
 }
 
-impl SampledTool {
+impl PythonTool {
     /// Returns the pass of the tool over the workpiece, which lies where the settings place it for
     /// the round tool.
     pub fn pass(

@@ -2,9 +2,9 @@
 
 use super::bundle::{BrushState, Bundle};
 use super::candidates::Layout;
-use super::group::Member;
+use super::group::BundleMember;
 use super::presses::PressLaw;
-use super::sector::Stepper;
+use super::sector::TrBdf2Stepper;
 use super::shortcuts::Shortcuts;
 use crate::simulation::{Filament, Form};
 use crate::tool::ClampMotion;
@@ -15,7 +15,7 @@ use crate::workpiece::Part;
 pub struct Assembly<M> {
     bundle: Bundle<M>,
     motion: BrushState,
-    stepper: Stepper,
+    stepper: TrBdf2Stepper,
 }
 
 /// Failure of Newton's method in a step.
@@ -55,7 +55,7 @@ impl<M: ClampMotion + Sync> Assembly<M> {
             .map(|filament| filament.chain.length)
             .collect();
         let layout = Layout::new(lengths, radii, points, None);
-        let member = |(index, filament)| Member {
+        let member = |(index, filament)| BundleMember {
             filament,
             contacts: [f64::NEG_INFINITY, f64::INFINITY],
             start: coordinates(index),
@@ -68,7 +68,7 @@ impl<M: ClampMotion + Sync> Assembly<M> {
         let (bundle, motion) =
             Bundle::new(Form::Spatial, members, law, layout, [0.0, 0.0], shortcuts);
         Self {
-            stepper: Stepper::new(&motion, tolerance),
+            stepper: TrBdf2Stepper::new(&motion, tolerance),
             bundle,
             motion,
         }

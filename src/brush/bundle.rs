@@ -9,11 +9,11 @@ use std::ops::AddAssign;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::candidates::{Candidates, Layout};
-use super::field::{Field, FilamentPoint, GroupField, Node, Nodes, wide};
+use super::field::{Field, FilamentPoint, GroupField, NodeIndex, Nodes, wide};
 use super::gmres::{self, Coupled, Division, Krylov, Vector};
-use super::group::{Activity, Budget, Group, Member, Surroundings, WorkpieceLoad, larger};
+use super::group::{Activity, Budget, BundleMember, Group, Surroundings, WorkpieceLoad, larger};
 use super::presses::PressLaw;
-use super::pressing::{Pair, Pressing};
+use super::pressing::{FilamentPress, Pressing};
 use super::shortcuts::Shortcuts;
 use super::team;
 use crate::equations::{
@@ -105,13 +105,13 @@ struct Linear {
 }
 
 /// Budget, rates of momentum and loads of a bundle at one instant.
-pub struct Evaluation<'a> {
+pub struct BundleEvaluation<'a> {
     groups: &'a [Group],
     /// Budget of the awake filaments.
     pub budget: Budget,
 }
 
-impl Evaluation<'_> {
+impl BundleEvaluation<'_> {
     /// Takes the rates of the momentum of all filaments, in N, by group: zero for sleeping ones,
     /// which turn with the body.
     pub fn take_momentum_rates(&self, rates: &mut Vec<[Lanes; 3]>) {
@@ -167,7 +167,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     /// If there is no filament, or if their numbers of segments differ.
     pub fn new(
         form: Form,
-        members: Vec<Member<M>>,
+        members: Vec<BundleMember<M>>,
         law: PressLaw,
         layout: Layout,
         [time, rate]: [f64; 2],
@@ -270,11 +270,11 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     pub fn node(&self, filament: usize, k: usize) -> [f64; 3] {
         self.nodes
             .positions
-            .at(Node::new(filament, k, self.layout.segments))
+            .at(NodeIndex::new(filament, k, self.layout.segments))
     }
 
     /// Returns the presses between filaments in the last evaluation or iteration.
-    pub fn presses(&self) -> impl Iterator<Item = &Pair> {
+    pub fn presses(&self) -> impl Iterator<Item = &FilamentPress> {
         self.pressing.iter()
     }
 
@@ -581,7 +581,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
     }
 
     /// Evaluates all contacts, and the budget of the awake filaments.
-    pub fn evaluate(&mut self, motion: &BrushState) -> Evaluation<'_> {
+    pub fn evaluate(&mut self, motion: &BrushState) -> BundleEvaluation<'_> {
         let n = self.layout.segments;
         self.meet(motion);
         let mut budgets = vec![Budget::default(); self.groups.len()];
@@ -599,7 +599,7 @@ impl<M: ClampMotion + Sync> Bundle<M> {
         });
         let mut budget = Budget::default();
         budgets.iter().for_each(|of_group| budget.add(of_group));
-        Evaluation {
+        BundleEvaluation {
             groups: &self.groups,
             budget,
         }

@@ -14,7 +14,7 @@
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-use super::field::{Field, FilamentPoint, Node, wide};
+use super::field::{Field, FilamentPoint, NodeIndex, wide};
 use super::presses::Near;
 use super::team;
 use crate::equations::linear::{add, dot, scale, sub, zero};
@@ -298,7 +298,7 @@ impl PlacedFilaments {
             segments, period, ..
         } = self.layout;
         Centreline {
-            root: Node::new(filament, 0, segments),
+            root: NodeIndex::new(filament, 0, segments),
             nodes: &self.positions.0[filament / LANES * (segments + 1)..][..=segments],
             lane: filament % LANES,
             shift: period.map_or(0.0, |period| f64::from(image) * period),
@@ -425,7 +425,7 @@ impl GroupPairs<'_> {
 /// Centreline of one filament.
 #[derive(Clone, Copy)]
 struct Centreline<'a> {
-    root: Node,
+    root: NodeIndex,
     /// Nodes of its group in m.
     nodes: &'a [[Lanes; 3]],
     lane: usize,
@@ -690,7 +690,7 @@ mod tests {
             for k in 0..=*segments {
                 let [x, y, z] = position;
                 positions.set(
-                    Node::new(filament, k, *segments),
+                    NodeIndex::new(filament, k, *segments),
                     [cos * x - sin * y, sin * x + cos * y, z],
                 );
                 let around = root[1].atan2(root[0]) + bend * (k as f64 + 0.5) / *segments as f64;
@@ -819,19 +819,25 @@ mod tests {
             for (segment, part) in
                 (0..segments).flat_map(|k| (0..points).map(move |part| (k, part)))
             {
-                let segment = Node::new(own, segment, segments);
+                let segment = NodeIndex::new(own, segment, segments);
                 let point = FilamentPoint {
                     segment,
                     fraction: (part as f64 + 0.5) / points as f64,
                 };
                 for image in (-5..=5).filter(|image| own != other || *image != 0) {
                     let shift = [0.0, 0.0, f64::from(image) * period];
-                    let end = |k: usize| add(placed.at(Node::new(other, k, segments)), shift);
+                    let end = |k: usize| add(placed.at(NodeIndex::new(other, k, segments)), shift);
                     let on = |k: usize| {
                         let (x, ends) = (point.of(&placed), [end(k), end(k + 1)]);
                         Near {
                             image,
-                            ..Near::between(point, x, Node::new(other, k, segments), ends, REACH)
+                            ..Near::between(
+                                point,
+                                x,
+                                NodeIndex::new(other, k, segments),
+                                ends,
+                                REACH,
+                            )
                         }
                     };
                     let nearest = (0..segments)

@@ -28,9 +28,9 @@ impl<R, F: FnOnce() -> R> Loop for Wide<F> {
 ///
 /// A segment has the index of its inner end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Node(usize);
+pub struct NodeIndex(usize);
 
-impl Node {
+impl NodeIndex {
     /// Returns the node `k` of a filament of `segments` segments; 0 is the root.
     pub fn new(filament: usize, k: usize, segments: usize) -> Self {
         Self(((filament / LANES) * (segments + 1) + k) * LANES + filament % LANES)
@@ -91,7 +91,7 @@ impl Field {
 
     /// Returns the vector at a node.
     #[inline]
-    pub fn at(&self, node: Node) -> [f64; 3] {
+    pub fn at(&self, node: NodeIndex) -> [f64; 3] {
         let [x, y, z] = &self.0[node.row()];
         let lane = node.lane();
         [x.lane(lane), y.lane(lane), z.lane(lane)]
@@ -99,7 +99,7 @@ impl Field {
 
     /// Sets the vector at a node.
     #[cfg(test)]
-    pub fn set(&mut self, node: Node, vector: [f64; 3]) {
+    pub fn set(&mut self, node: NodeIndex, vector: [f64; 3]) {
         for (component, value) in self.0[node.row()].iter_mut().zip(vector) {
             component.set_lane(node.lane(), value);
         }
@@ -117,7 +117,7 @@ pub struct Nodes {
 
 impl Nodes {
     /// Returns position and velocity of a node.
-    pub fn at(&self, node: Node) -> [[f64; 3]; 2] {
+    pub fn at(&self, node: NodeIndex) -> [[f64; 3]; 2] {
         [self.positions.at(node), self.velocities.at(node)]
     }
 
@@ -158,7 +158,7 @@ impl<'a> GroupField<'a> {
 
     /// Adds to the first `D` components of the vector at a node.
     #[inline]
-    pub fn add<const D: usize>(&mut self, node: Node, vector: [f64; D]) {
+    pub fn add<const D: usize>(&mut self, node: NodeIndex, vector: [f64; D]) {
         add_in_lane(
             &mut self.vectors[node.row() - self.first],
             node.lane(),
@@ -207,7 +207,7 @@ impl Changes {
     #[inline(always)]
     pub fn add_blocks<const D: usize>(
         &mut self,
-        segment: Node,
+        segment: NodeIndex,
         change: impl Fn(usize, usize) -> [[f64; D]; D],
     ) {
         let (index, lane) = (segment.row() - self.first, segment.lane());
@@ -227,7 +227,7 @@ impl Changes {
     /// Adds to all blocks of a segment the `change` of the force at one of its points with that
     /// point, by the `shares` of the ends.
     #[inline(always)]
-    pub fn add_at(&mut self, segment: Node, shares: [f64; 2], change: &Matrix) {
+    pub fn add_at(&mut self, segment: NodeIndex, shares: [f64; 2], change: &Matrix) {
         self.add_blocks(segment, |force, motion| {
             change.map(|row| scale(shares[force] * shares[motion], row))
         });
@@ -254,14 +254,14 @@ fn add_in_lane<const D: usize>(vector: &mut [Lanes; 3], lane: usize, values: [f6
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilamentPoint {
     /// Segment.
-    pub segment: Node,
+    pub segment: NodeIndex,
     /// Fraction.
     pub fraction: f64,
 }
 
 impl FilamentPoint {
     /// Returns a key for the order of the points of a group.
-    pub fn key(&self) -> (Node, u64) {
+    pub fn key(&self) -> (NodeIndex, u64) {
         (self.segment, self.fraction.to_bits())
     }
 

@@ -1,7 +1,7 @@
 //! Filaments side by side in the lanes of one set of equations, and their contacts.
 
 use super::candidates::Candidates;
-use super::field::{Changes, FilamentPoint, GroupField, Node, Nodes, wide};
+use super::field::{Changes, FilamentPoint, GroupField, NodeIndex, Nodes, wide};
 use super::gmres;
 use super::pressing::Pressing;
 use crate::equations::linear::{add, dot, scale, sub, zero};
@@ -9,12 +9,12 @@ use crate::equations::{
     Chain, ChainDynamics, Clamp, LANES, LaneSet, Lanes, Lanewise, NodeLoads, NodeMotion,
     NodeTangent, PointTangent, Real, StepWeights,
 };
-use crate::simulation::{ContactSum, Equations, Filament, Form};
+use crate::simulation::{ContactSum, Filament, FilamentEquations, Form};
 use crate::tool::ClampMotion;
 use crate::workpiece::{Part, Workpiece};
 
 /// A filament that becomes part of a bundle.
-pub struct Member<M> {
+pub struct BundleMember<M> {
     /// Filament.
     pub filament: Filament<M, Part>,
     /// Times in s between which its contact counts. Before the first one it does not meet the
@@ -29,7 +29,7 @@ pub struct Member<M> {
 pub struct Group {
     /// Number of the group.
     pub index: usize,
-    pub equations: Equations<Lanes>,
+    pub equations: FilamentEquations<Lanes>,
     /// Time of the last evaluation of the clamps in s.
     time: Option<f64>,
     clamp: Clamp<Lanes>,
@@ -58,7 +58,7 @@ enum Meeting {
     /// Contact with the workpiece: the filament, the number of the contact, and its segment.
     Workpiece([usize; 3]),
     /// Contact with another filament: the point, and the segment that it presses on.
-    Filament((i16, (Node, u64)), Node),
+    Filament((i16, (NodeIndex, u64)), NodeIndex),
 }
 
 /// Work that a group needs in an iteration.
@@ -182,7 +182,7 @@ struct Clearance {
     speed: f64,
     /// Velocity of the workpiece in m/s.
     workpiece_velocity: [f64; 3],
-    /// See [`Member::contacts`].
+    /// See [`BundleMember::contacts`].
     contacts: [f64; 2],
     /// Time of the last comparison in s.
     time: f64,
@@ -202,9 +202,9 @@ impl Clearance {
 
     /// Creates an unknown clearance.
     fn new<M: ClampMotion>(
-        Member {
+        BundleMember {
             filament, contacts, ..
-        }: &Member<M>,
+        }: &BundleMember<M>,
         rate: f64,
     ) -> Self {
         let Filament {
@@ -294,7 +294,7 @@ impl Group {
     pub fn new<M: ClampMotion>(
         index: usize,
         form: Form,
-        members: &[Member<M>],
+        members: &[BundleMember<M>],
         rate: f64,
         activity: Activity,
     ) -> Self {
@@ -302,7 +302,10 @@ impl Group {
         let filament = |lane: usize| &members[lane.min(count - 1)].filament;
         Self {
             index,
-            equations: Equations::new(form, Chain::from_lanes(|lane| &filament(lane).chain)),
+            equations: FilamentEquations::new(
+                form,
+                Chain::from_lanes(|lane| &filament(lane).chain),
+            ),
             time: None,
             clamp: Clamp::from_lanes(|lane| filament(lane).motion.at(0.0)),
             first,
@@ -454,7 +457,7 @@ impl Group {
             if clearance.is_early(time) || (around.has_bounds && is_far()) {
                 continue;
             }
-            let node = |k: usize| Node::new(number, k, n);
+            let node = |k: usize| NodeIndex::new(number, k, n);
             let [pressing, gap] = filament.for_each_pressing(
                 |k| around.nodes.at(node(k)),
                 time,
@@ -508,7 +511,7 @@ impl Group {
                 return (sum, f64::NEG_INFINITY);
             }
             let n = filament.chain.segments();
-            let node = |k: usize| around.nodes.at(Node::new(number, k, n));
+            let node = |k: usize| around.nodes.at(NodeIndex::new(number, k, n));
             let [pressing, _] =
                 filament.for_each_pressing(node, time, |_, touch| sum += filament.sum(touch));
             (sum, pressing)
@@ -677,7 +680,7 @@ impl Group {
                 continue;
             }
             let filament = &around.filaments[number];
-            let node = |k: usize| Node::new(number, k, filament.chain.segments());
+            let node = |k: usize| NodeIndex::new(number, k, filament.chain.segments());
             filament.for_each_pressing(
                 |k| around.nodes.at(node(k)),
                 around.time,

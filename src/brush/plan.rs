@@ -7,10 +7,10 @@ use super::bundle::Bundle;
 use super::candidates::Layout;
 use super::error::BrushError;
 use super::filaments::{self, ToolFilament};
-use super::group::Member;
+use super::group::BundleMember;
 use super::presses::PressLaw;
 use super::sector::{Accuracy, Sector, Timetable};
-use super::settle::{self, Pose};
+use super::settle::{self, FilamentPose};
 use super::shortcuts::Shortcuts;
 use crate::equations::linear::{add, scale};
 use crate::model::settings::{Settings, Turns};
@@ -76,7 +76,7 @@ pub(super) fn begin(
 }
 
 /// Data from which sectors are made.
-pub(super) struct Plan<'a> {
+pub(super) struct SectorPlan<'a> {
     pub settings: &'a Settings,
     pub pass: &'a Pass,
     pub arrangement: &'a Arrangement,
@@ -91,10 +91,10 @@ pub(super) struct Plan<'a> {
     pub shortcuts: Shortcuts,
 }
 
-impl Plan<'_> {
+impl SectorPlan<'_> {
     /// Creates a sector of filaments by their numbers in the arrangement: undeformed, unless they
     /// have poses.
-    pub fn sector(&self, members: &[usize], poses: Option<&[Pose]>) -> Sector {
+    pub fn sector(&self, members: &[usize], poses: Option<&[FilamentPose]>) -> Sector {
         let Self {
             settings,
             pass,
@@ -151,13 +151,13 @@ impl Plan<'_> {
                     ]
                 }
             };
-            Member {
+            BundleMember {
                 filament,
                 contacts: [begin + delay, last],
                 start,
             }
         };
-        let filaments: Vec<Member<_>> = roots().enumerate().map(member).collect();
+        let filaments: Vec<BundleMember<_>> = roots().enumerate().map(member).collect();
         let radii = roots()
             .flat_map(|(_, own)| filaments::radii(&own.filament))
             .collect();

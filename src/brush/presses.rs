@@ -9,7 +9,7 @@
 //! rigidly does not rub, and in the plane the moments of both filaments balance. (In space a
 //! segment takes no torque about itself.)
 
-use super::field::{Changes, Field, FilamentPoint, GroupField, Matrix, Node, Nodes};
+use super::field::{Changes, Field, FilamentPoint, GroupField, Matrix, NodeIndex, Nodes};
 use crate::equations::linear::{
     add, dot, mul, mul_transposed, product, scale, sub, transposed_product,
 };
@@ -76,7 +76,12 @@ pub struct Near {
 impl Near {
     /// Finds the point of `segment` that is nearest to `point`.
     #[cfg(test)]
-    pub fn on_segment(point: FilamentPoint, segment: Node, positions: &Field, reach: f64) -> Self {
+    pub fn on_segment(
+        point: FilamentPoint,
+        segment: NodeIndex,
+        positions: &Field,
+        reach: f64,
+    ) -> Self {
         Self::between(
             point,
             point.of(positions),
@@ -91,7 +96,7 @@ impl Near {
     pub fn between(
         point: FilamentPoint,
         x: [f64; 3],
-        segment: Node,
+        segment: NodeIndex,
         [inner, outer]: [[f64; 3]; 2],
         reach: f64,
     ) -> Self {
@@ -124,7 +129,7 @@ impl Near {
     /// Returns a key of the point among those of one filament near another: periodic image of the
     /// other, place of the point.
     #[inline]
-    pub fn key(&self) -> (i16, (Node, u64)) {
+    pub fn key(&self) -> (i16, (NodeIndex, u64)) {
         (self.image, self.point.key())
     }
 
@@ -270,7 +275,7 @@ impl Press {
     }
 
     /// Returns the ends of both segments among all nodes: those of `x`'s, then those of `y`'s.
-    fn nodes(&self) -> [Node; 4] {
+    fn nodes(&self) -> [NodeIndex; 4] {
         let (point, nearest) = (self.near.point.segment, self.near.nearest.segment);
         [point, point.outer(), nearest, nearest.outer()]
     }
@@ -309,7 +314,7 @@ impl Press {
 
     /// Adds the friction on both ends of a segment; `first` is the number of its inner end.
     #[inline]
-    fn rub_ends(&self, first: usize, segment: Node, forces: &mut GroupField<'_>) {
+    fn rub_ends(&self, first: usize, segment: NodeIndex, forces: &mut GroupField<'_>) {
         let Some(Rub { carried, force, .. }) = self.rub.as_deref() else {
             return;
         };
@@ -407,7 +412,7 @@ impl Press {
 #[derive(Clone, Debug)]
 pub struct PressTangent {
     /// Segments of `x` and of `y`.
-    pub segments: [Node; 2],
+    pub segments: [NodeIndex; 2],
     /// See [`Press::shares`].
     shares: [f64; 4],
     normal: [f64; 3],
@@ -481,14 +486,14 @@ impl PressTangent {
 #[derive(Clone, Debug)]
 pub struct Coupling<const D: usize> {
     /// Segment with the forces, and segment that is displaced.
-    pub segments: [Node; 2],
+    pub segments: [NodeIndex; 2],
     /// Forces on both ends, by component of the displacement of either end.
     columns: [[[[f64; D]; 2]; D]; 2],
 }
 
 impl<const D: usize> Coupling<D> {
     /// Creates a zero tangent on the first of both `segments`.
-    pub fn new(segments: [Node; 2]) -> Self {
+    pub fn new(segments: [NodeIndex; 2]) -> Self {
         Self {
             segments,
             columns: [[[[0.0; D]; 2]; D]; 2],
@@ -530,7 +535,7 @@ impl<const D: usize> Coupling<D> {
 }
 
 #[inline]
-fn ends(segment: Node, field: &Field) -> [[f64; 3]; 2] {
+fn ends(segment: NodeIndex, field: &Field) -> [[f64; 3]; 2] {
     [field.at(segment), field.at(segment.outer())]
 }
 
@@ -577,8 +582,8 @@ mod tests {
     ];
 
     /// Returns the ends of the first segment and of the second, which are of two filaments.
-    fn nodes() -> [Node; 4] {
-        [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(filament, k)| Node::new(filament, k, 1))
+    fn nodes() -> [NodeIndex; 4] {
+        [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(filament, k)| NodeIndex::new(filament, k, 1))
     }
 
     fn field(vectors: &[[f64; 3]; 4]) -> Field {

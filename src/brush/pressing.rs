@@ -19,14 +19,14 @@ fn fill<const D: usize>(
 }
 
 /// A press, with both filaments: the point's first.
-pub type Pair = ([usize; 2], Press);
+pub type FilamentPress = ([usize; 2], Press);
 
 /// All presses, by the group of the point.
 pub struct Pressing {
     law: PressLaw,
-    presses: Vec<Vec<Pair>>,
+    presses: Vec<Vec<FilamentPress>>,
     /// Presses in the evaluation before.
-    earlier: Vec<Vec<Pair>>,
+    earlier: Vec<Vec<FilamentPress>>,
     tangents: Vec<Vec<PressTangent>>,
     /// Presses on each group: the group of the point, and the index there.
     incoming: Vec<Vec<[u32; 2]>>,
@@ -129,12 +129,12 @@ impl Pressing {
     }
 
     /// Returns all presses.
-    pub fn iter(&self) -> impl Iterator<Item = &Pair> {
+    pub fn iter(&self) -> impl Iterator<Item = &FilamentPress> {
         self.presses.iter().flatten()
     }
 
     /// Returns the presses whose points are on a group.
-    pub fn of_points(&self, group: usize) -> &[Pair] {
+    pub fn of_points(&self, group: usize) -> &[FilamentPress] {
         &self.presses[group]
     }
 

@@ -6,7 +6,7 @@ use super::alone;
 use super::arrangement::{self, Arrangement, Root};
 use super::error::BrushError;
 use super::filaments;
-use super::plan::{Plan, begin};
+use super::plan::{SectorPlan, begin};
 use super::result::{
     BrushResult, BrushStatistics, EnergyBalance, FilamentResult, Frame, PairResult, Residuals,
     ToolSample,
@@ -78,7 +78,7 @@ pub struct BrushRun {
     brush: BrushSettings,
     pass: Pass,
     arrangement: Arrangement,
-    sectors: Vec<(Group, Sector)>,
+    sectors: Vec<(SectorMembers, Sector)>,
     /// Sector of each filament, and the number of the filament in it that is like it.
     places: Vec<[usize; 2]>,
     options: RunOptions,
@@ -342,7 +342,7 @@ impl BrushRun {
             pass,
         };
         run.begin_at(begin);
-        let sector = |group: &Group| run.plan(&run.own).sector(&group.members, None);
+        let sector = |group: &SectorMembers| run.plan(&run.own).sector(&group.members, None);
         let sectors: Vec<Sector> = groups.iter().map(sector).collect();
         // Filaments that overlap when undeformed settle first.
         if sectors
@@ -358,8 +358,8 @@ impl BrushRun {
     }
 
     /// Returns the plan of its sectors, with filaments that have settings of their `own`.
-    fn plan<'a>(&'a self, own: &'a [Settings]) -> Plan<'a> {
-        Plan {
+    fn plan<'a>(&'a self, own: &'a [Settings]) -> SectorPlan<'a> {
+        SectorPlan {
             settings: &self.settings,
             pass: &self.pass,
             arrangement: &self.arrangement,
@@ -444,7 +444,7 @@ impl BrushRun {
     }
 
     /// Prepares settling, as undeformed filaments overlap in these `sectors`.
-    fn settling(&self, groups: &[Group], sectors: &[Sector]) -> Settling {
+    fn settling(&self, groups: &[SectorMembers], sectors: &[Sector]) -> Settling {
         let n = self.settings.filament.segments;
         let common = vec![self.settings.clone(); self.own.len()];
         let regular: Vec<Sector> = groups
@@ -478,7 +478,7 @@ impl BrushRun {
             .map(|own| settling.grown(&calm, own))
             .collect();
         let start = self.begin - settle::STEPS_PER_RUNG as f64 * settling.length;
-        let plan = Plan {
+        let plan = SectorPlan {
             settings: &calm,
             begin: start,
             accuracy: self.accuracy(settling.length),
@@ -679,7 +679,7 @@ impl BrushRun {
     /// each.
     fn advance_sectors(&mut self, times: &[f64], end: f64) -> Result<Vec<ToolSample>, BrushError> {
         let stop = &self.stop;
-        let advance = |(_, sector): &mut (Group, Sector)| -> Result<Vec<ToolSample>, _> {
+        let advance = |(_, sector): &mut (SectorMembers, Sector)| -> Result<Vec<ToolSample>, _> {
             times
                 .iter()
                 .take_while(|_| !stop.is_requested())
@@ -1217,14 +1217,14 @@ fn longest_step(settings: &Settings, pass: &Pass) -> f64 {
 }
 
 /// Filaments that are solved together.
-struct Group {
+struct SectorMembers {
     /// Numbers in the arrangement, column by column.
     members: Vec<usize>,
     /// Rows by which filaments like these are behind them; zero for these themselves.
     shifts: Vec<usize>,
 }
 
-impl Group {
+impl SectorMembers {
     /// Returns the number of times that its filaments count.
     fn weight(&self) -> usize {
         self.shifts.len()
@@ -1237,10 +1237,10 @@ fn coupled(
     arrangement: &Arrangement,
     is_planar: bool,
     differ: bool,
-) -> (Vec<Group>, Vec<[usize; 2]>) {
+) -> (Vec<SectorMembers>, Vec<[usize; 2]>) {
     let (count, rows) = (arrangement.roots.len(), arrangement.rows);
     if !is_planar {
-        let all = Group {
+        let all = SectorMembers {
             members: (0..count).collect(),
             shifts: vec![0],
         };
@@ -1248,10 +1248,10 @@ fn coupled(
     }
     // Rows of equal filaments at equal angles are alike.
     let angle = |row: usize| arrangement.roots[row].angle;
-    let mut groups: Vec<Group> = Vec::new();
+    let mut groups: Vec<SectorMembers> = Vec::new();
     let mut numbers = Vec::new();
     for row in 0..rows {
-        let is_like = |group: &Group| angle(group.members[0]) == angle(row);
+        let is_like = |group: &SectorMembers| angle(group.members[0]) == angle(row);
         let like = if differ {
             None
         } else {
@@ -1259,7 +1259,7 @@ fn coupled(
         };
         let number = like.unwrap_or(groups.len());
         if number == groups.len() {
-            groups.push(Group {
+            groups.push(SectorMembers {
                 members: (row..count).step_by(rows).collect(),
                 shifts: Vec::new(),
             });

@@ -13,15 +13,15 @@ use super::bundle::{BrushState, Bundle, Effort, GroupState, Kinematics, NoConver
 use super::filaments::ToolFilament;
 use super::gmres::Vector;
 use super::group::{Budget, Exchange, WorkpieceLoad};
-use super::pressing::Pair;
+use super::pressing::FilamentPress;
 use super::result::{BrushStatistics, ToolSample};
-use super::settle::{Pose, turned};
+use super::settle::{FilamentPose, turned};
 use super::team;
 use crate::equations::linear::{add, dot, scale};
 use crate::equations::{LANES, Lanes, Lanewise, Real};
 use crate::integrate::hermite::{Knot, Weights};
 use crate::integrate::tableau::TR_BDF2;
-use crate::integrate::{IntegrationError, Pace, RejectionCause, StepChange, StepControl};
+use crate::integrate::{Pace, RejectionCause, StepChange, StepControl, StepControlError};
 use crate::model::metrics::{ContactRecord, tip_deflection};
 use crate::model::settings::MAX_TURNS;
 use crate::simulation::{CompletedTurns, ContactSum, EdgeWork};
@@ -133,23 +133,23 @@ pub struct Balance {
 
 /// Failure of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Failure {
+pub struct StepFailure {
     /// Time in s.
     pub time: f64,
     /// Filaments that cross each other, if this is the cause.
     pub crossing: Option<[usize; 2]>,
 }
 
-impl From<IntegrationError<[usize; 2]>> for Failure {
-    fn from(error: IntegrationError<[usize; 2]>) -> Self {
+impl From<StepControlError<[usize; 2]>> for StepFailure {
+    fn from(error: StepControlError<[usize; 2]>) -> Self {
         let (time, crossing) = match error {
-            IntegrationError::StepTooSmall {
+            StepControlError::StepTooSmall {
                 time,
                 cause: RejectionCause::Refused(pair),
                 ..
             }
-            | IntegrationError::Refused { time, reason: pair } => (time, Some(pair)),
-            IntegrationError::StepTooSmall { time, .. } | IntegrationError::NotFinite { time } => {
+            | StepControlError::Refused { time, reason: pair } => (time, Some(pair)),
+            StepControlError::StepTooSmall { time, .. } | StepControlError::NotFinite { time } => {
                 (time, None)
             }
         };
@@ -164,7 +164,7 @@ const MAX_COUNT: usize = 1 << 48;
 pub struct Sector {
     bundle: Bundle<Turning<RotaryTool>>,
     motion: BrushState,
-    stepper: Stepper,
+    stepper: TrBdf2Stepper,
     accounts: Vec<Account>,
     pairs: BTreeMap<[usize; 2], PairAccount>,
     /// Stage at the end of the last step.
@@ -242,7 +242,7 @@ impl Sector {
         now.take(&mut bundle, &motion);
         let balance = Balance::new(&now.budget);
         Self {
-            stepper: Stepper::new(&motion, accuracy.newton),
+            stepper: TrBdf2Stepper::new(&motion, accuracy.newton),
             bundle,
             motion,
             accounts,
@@ -286,7 +286,7 @@ impl Sector {
     }
 
     /// Returns the pose of each filament.
-    pub fn poses(&self) -> Vec<Pose> {
+    pub fn poses(&self) -> Vec<FilamentPose> {
         let n = self.bundle.segments();
         let BrushState {
             time,
@@ -337,7 +337,7 @@ impl Sector {
     ///
     /// # Errors
     /// If the shortest step fails.
-    pub fn advance(&mut self, time: f64, end: f64) -> Result<ToolSample, Failure> {
+    pub fn advance(&mut self, time: f64, end: f64) -> Result<ToolSample, StepFailure> {
         while self.motion.time < time {
             if self.bundle.begin_step(&mut self.motion) {
                 self.now.take(&mut self.bundle, &self.motion);
@@ -851,8 +851,9 @@ impl Budget {
 fn crossing(bundle: &Bundle<Turning<RotaryTool>>) -> Option<[usize; 2]> {
     /// Least distance of the centrelines as a share of the reach.
     const MIN_DISTANCE_SHARE: f64 = 0.5;
-    let is_deep =
-        |(_, press): &&Pair| press.near.square() < (MIN_DISTANCE_SHARE * press.near.reach).powi(2);
+    let is_deep = |(_, press): &&FilamentPress| {
+        press.near.square() < (MIN_DISTANCE_SHARE * press.near.reach).powi(2)
+    };
     bundle
         .presses()
         .find(is_deep)
@@ -908,14 +909,14 @@ impl StageLoads {
 }
 
 /// Steps of TR-BDF2.
-pub struct Stepper {
+pub struct TrBdf2Stepper {
     tolerance: f64,
     middle: BrushState,
     end: BrushState,
     base: [Vector; 2],
 }
 
-impl Stepper {
+impl TrBdf2Stepper {
     /// Allocates memory for steps from `motion`. Stages are solved once velocities change by less
     /// than `tolerance` (m/s).
     pub fn new(motion: &BrushState, tolerance: f64) -> Self {

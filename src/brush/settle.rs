@@ -14,7 +14,7 @@ use crate::model::settings::{FilamentSettings, Settings};
 
 /// `e` and `ė` of each segment of a filament, from the root on, turned back by the angle of the
 /// tool.
-pub type Pose = Vec<[[f64; 3]; 2]>;
+pub type FilamentPose = Vec<[[f64; 3]; 2]>;
 
 /// Steps of a load increment.
 pub const STEPS_PER_RUNG: usize = 12;
@@ -40,14 +40,14 @@ pub struct Settling {
     /// Step size in s.
     pub length: f64,
     /// Pose of each filament, group by group.
-    pub poses: Vec<Vec<Pose>>,
+    pub poses: Vec<Vec<FilamentPose>>,
     /// Largest speed of a node relative to the body in m/s.
     pub speed: f64,
 }
 
 impl Settling {
     /// Starts from poses without deviations, which move undeformed tips by at most `way` (m).
-    pub fn new(settings: &Settings, way: f64, poses: Vec<Vec<Pose>>) -> Self {
+    pub fn new(settings: &Settings, way: f64, poses: Vec<Vec<FilamentPose>>) -> Self {
         let period = TAU / first_natural_frequency(&settings.filament);
         let growing = (way / (GROWTH_PER_RUNG * settings.filament.diameter_m))
             .ceil()
@@ -108,14 +108,14 @@ impl Settling {
     /// `true` if the filaments are at rest.
     pub fn take(
         &mut self,
-        poses: Vec<Vec<Pose>>,
+        poses: Vec<Vec<FilamentPose>>,
         own: impl Fn(usize, usize) -> f64,
         rate: f64,
         settings: &Settings,
     ) -> bool {
         self.rung += 1;
-        let speed = |(group, poses): (usize, &Vec<Pose>)| {
-            let of = |(index, pose): (usize, &Pose)| fastest(pose, own(group, index), rate);
+        let speed = |(group, poses): (usize, &Vec<FilamentPose>)| {
+            let of = |(index, pose): (usize, &FilamentPose)| fastest(pose, own(group, index), rate);
             poses.iter().enumerate().map(of).fold(0.0, f64::max)
         };
         self.speed = poses.iter().enumerate().map(speed).fold(0.0, f64::max);
@@ -150,7 +150,7 @@ impl Settling {
 
 /// Returns coordinates about `z` and rates of the segments of a pose when the tool is at `angle`
 /// (rad).
-pub fn coordinates(pose: &Pose, angle: f64) -> [Vec<[f64; 2]>; 2] {
+pub fn coordinates(pose: &FilamentPose, angle: f64) -> [Vec<[f64; 2]>; 2] {
     let segments = pose.iter().map(|[e, rate]| {
         let [q, v, _] =
             PolarAxis::Z.coordinates([turned(*e, angle), turned(*rate, angle), [0.0; 3]]);
@@ -168,7 +168,7 @@ pub fn turned([x, y, z]: [f64; 3], angle: f64) -> [f64; 3] {
 
 /// Returns the largest speed of a node relative to a body that turns about `z` at `rate` (rad/s),
 /// with segments of `length` (m).
-fn fastest(pose: &Pose, length: f64, rate: f64) -> f64 {
+fn fastest(pose: &FilamentPose, length: f64, rate: f64) -> f64 {
     let mut velocity = [0.0; 3];
     let speeds = pose.iter().map(|[e, own]| {
         let rigid = [-rate * e[1], rate * e[0], 0.0];

@@ -12,7 +12,7 @@ use crate::workpiece::Edge;
 
 /// Position in m and velocity in m/s of the filament's nodes by their number `0 … n`; `0` is the
 /// root.
-pub type Nodes<'a> = dyn Fn(usize) -> [[f64; 3]; 2] + 'a;
+pub type NodeMotions<'a> = dyn Fn(usize) -> [[f64; 3]; 2] + 'a;
 
 /// Positions of the nodes in the plane of the profile.
 type InProfile<'a> = dyn Fn(usize) -> [f64; 2] + 'a;
@@ -66,7 +66,7 @@ impl Station {
         edge: &Edge,
         start: Option<usize>,
         segments: usize,
-        nodes: &Nodes<'_>,
+        nodes: &NodeMotions<'_>,
         time: f64,
     ) -> Self {
         /// Alternations between the nearest points of curve and polyline, which converge
@@ -114,7 +114,7 @@ impl Station {
         point: [f64; 2],
         edge: &Edge,
         segments: usize,
-        nodes: &Nodes<'_>,
+        nodes: &NodeMotions<'_>,
         time: f64,
     ) -> f64 {
         let in_profile = |index: usize| edge.in_profile(nodes(index)[0], time);
@@ -129,7 +129,7 @@ impl Station {
     }
 
     /// Returns position (m) and velocity (m/s) of the filament's material there.
-    pub fn motion(&self, nodes: &Nodes<'_>) -> [[f64; 3]; 2] {
+    pub fn motion(&self, nodes: &NodeMotions<'_>) -> [[f64; 3]; 2] {
         let ([inner, inner_rate], [outer, outer_rate]) =
             (nodes(self.segment), nodes(self.segment + 1));
         let [a, b] = self.shares();
@@ -178,7 +178,7 @@ impl EdgeContact {
         law: &ContactLaw,
         edge: &Edge,
         station: Station,
-        nodes: &Nodes<'_>,
+        nodes: &NodeMotions<'_>,
         time: f64,
     ) -> Self {
         let [position, velocity] = station.motion(nodes);
@@ -196,7 +196,7 @@ impl EdgeContact {
         &self,
         law: &ContactLaw,
         edge: &Edge,
-        nodes: &Nodes<'_>,
+        nodes: &NodeMotions<'_>,
     ) -> [[NodeTangent<f64>; 2]; 2] {
         let Self {
             station, approach, ..

@@ -11,7 +11,8 @@ use super::kernels::{
 };
 use super::linear::{add, in_lane, product, sub_matrices, zero};
 use super::recursion::{
-    self, Energetic, LoadTangent, Memory, Nodes, Placed, Point, PointChange, Posture, Root,
+    self, ChainNodes, Energetic, LoadTangent, LoadedPoint, Memory, Placed, PointChange, Posture,
+    RootMotion,
 };
 use super::tasks::{ChainDynamics, Factorise, Task};
 use super::{
@@ -241,7 +242,7 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
     }
 
     #[inline(always)]
-    fn root(&self) -> Root<T, 3> {
+    fn root(&self) -> RootMotion<T, 3> {
         self.clamp.root(self.gravity)
     }
 
@@ -365,8 +366,8 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
     fn points(
         &self,
         loads: &dyn NodeLoads<T>,
-        nodes: Nodes<'_, T, 3>,
-        apply: &mut dyn FnMut(Point<T, 3>),
+        nodes: ChainNodes<'_, T, 3>,
+        apply: &mut dyn FnMut(LoadedPoint<T, 3>),
     ) {
         let nodes = Placed {
             clamp: self.clamp,
@@ -377,7 +378,7 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
                                             fraction,
                                             force,
                                         }| {
-            apply(Point {
+            apply(LoadedPoint {
                 segment,
                 fraction,
                 force,
@@ -389,7 +390,7 @@ impl<T: Lanewise> Posture<T, 2, 3> for Spatial<'_, T> {
     fn point_changes(
         &self,
         loads: &dyn NodeLoads<T>,
-        nodes: Nodes<'_, T, 3>,
+        nodes: ChainNodes<'_, T, 3>,
         apply: &mut dyn FnMut(PointChange<T, 3>),
     ) {
         let nodes = Placed {

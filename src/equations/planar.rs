@@ -18,9 +18,10 @@ use super::kernels::{
 };
 use super::linear::{add, in_lane, scale, zero};
 use super::recursion::{
-    self, Energetic, LoadTangent, Memory, Nodes, Placed, Point, PointChange, Posture, Root,
+    self, ChainNodes, Energetic, LoadTangent, LoadedPoint, Memory, Placed, PointChange, Posture,
+    RootMotion,
 };
-use super::tasks::{ChainDynamics, Factorise, Task, Trial};
+use super::tasks::{ChainDynamics, Factorise, Task, TrialAccelerations};
 use super::{
     Chain, ChainState, Clamp, Energies, Lanes, Lanewise, NodeLoads, NodeTangent, PointDamping,
     PointLoad, PointTangent, Real, StepWeights,
@@ -128,7 +129,7 @@ impl<T: PlanarLoops> PlanarDynamics<T> {
         T::run_planar(
             self,
             PlanarTask::Variation(
-                Trial {
+                TrialAccelerations {
                     at,
                     accelerations,
                     loads,
@@ -338,13 +339,13 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
     }
 
     #[inline(always)]
-    fn root(&self) -> Root<T, 2> {
-        let Root {
+    fn root(&self) -> RootMotion<T, 2> {
+        let RootMotion {
             position,
             velocity,
             acceleration,
         } = self.clamp.root(self.gravity);
-        Root {
+        RootMotion {
             position: in_plane(position),
             velocity: in_plane(velocity),
             acceleration: in_plane(acceleration),
@@ -442,8 +443,8 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
     fn points(
         &self,
         loads: &dyn NodeLoads<T>,
-        nodes: Nodes<'_, T, 2>,
-        apply: &mut dyn FnMut(Point<T, 2>),
+        nodes: ChainNodes<'_, T, 2>,
+        apply: &mut dyn FnMut(LoadedPoint<T, 2>),
     ) {
         let nodes = Placed {
             clamp: self.clamp,
@@ -454,7 +455,7 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
                                             fraction,
                                             force,
                                         }| {
-            apply(Point {
+            apply(LoadedPoint {
                 segment,
                 fraction,
                 force: in_plane(force),
@@ -466,7 +467,7 @@ impl<T: Lanewise> Posture<T, 1, 2> for Planar<'_, T> {
     fn point_changes(
         &self,
         loads: &dyn NodeLoads<T>,
-        nodes: Nodes<'_, T, 2>,
+        nodes: ChainNodes<'_, T, 2>,
         apply: &mut dyn FnMut(PointChange<T, 2>),
     ) {
         let nodes = Placed {
@@ -544,8 +545,8 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
 
     /// Returns the root at rest: a tilt of the clamp does not move it.
     #[inline(always)]
-    fn root(&self) -> Root<T, 1> {
-        Root {
+    fn root(&self) -> RootMotion<T, 1> {
+        RootMotion {
             position: zero(),
             velocity: zero(),
             acceleration: zero(),
@@ -712,8 +713,8 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
     fn points(
         &self,
         loads: &dyn NodeLoads<T>,
-        [_, velocities]: Nodes<'_, T, 1>,
-        apply: &mut dyn FnMut(Point<T, 1>),
+        [_, velocities]: ChainNodes<'_, T, 1>,
+        apply: &mut dyn FnMut(LoadedPoint<T, 1>),
     ) {
         let one = T::from_f64(1.0);
         loads.point_dampings(
@@ -733,7 +734,7 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
                     scale(one - fraction, inner),
                     scale(fraction, velocities[segment]),
                 );
-                apply(Point {
+                apply(LoadedPoint {
                     segment,
                     fraction,
                     force: scale(damping, rate),
@@ -746,7 +747,7 @@ impl<T: Lanewise> Posture<T, 1, 1> for Lateral<'_, T> {
     fn point_changes(
         &self,
         loads: &dyn NodeLoads<T>,
-        _: Nodes<'_, T, 1>,
+        _: ChainNodes<'_, T, 1>,
         apply: &mut dyn FnMut(PointChange<T, 1>),
     ) {
         loads.point_dampings(
@@ -777,7 +778,7 @@ pub enum PlanarTask<'a, T> {
     /// [`PlanarDynamics::lateral_accelerations`]
     Lateral(ChainState<'a, T>, &'a dyn NodeLoads<T>, &'a mut [[T; 2]]),
     /// [`PlanarDynamics::solve_variation`]
-    Variation(Trial<'a, T>, StepWeights<T>, &'a mut [[T; 2]]),
+    Variation(TrialAccelerations<'a, T>, StepWeights<T>, &'a mut [[T; 2]]),
 }
 
 /// Numbers for which the loops over a planar chain are compiled.

@@ -19,7 +19,7 @@ use super::linear::{
     add, add_matrices, in_lane, invert, mul, mul_transposed, negative, product, scale, select, sub,
     sub_matrices, transposed_product, unrolled, zero, zero_matrix,
 };
-use super::tasks::{Factorise, Task, Trial};
+use super::tasks::{Factorise, Task, TrialAccelerations};
 use super::{
     ChainState, Clamp, Energies, LaneSet, Lanewise, NodeLoads, NodeMotion, Real, StepWeights,
 };
@@ -47,7 +47,7 @@ pub(super) struct LoadTangent<T, const S: usize> {
 
 /// Force at a point of a segment; see [`PointLoad`](super::PointLoad).
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Point<T, const S: usize> {
+pub(super) struct LoadedPoint<T, const S: usize> {
     pub segment: usize,
     pub fraction: T,
     pub force: [T; S],
@@ -62,19 +62,19 @@ pub(super) struct PointChange<T, const S: usize> {
 
 /// Position and velocity of the root, and its acceleration minus gravity.
 #[derive(Clone, Copy)]
-pub(super) struct Root<T, const S: usize> {
+pub(super) struct RootMotion<T, const S: usize> {
     pub position: [T; S],
     pub velocity: [T; S],
     pub acceleration: [T; S],
 }
 
 /// Positions and velocities of the nodes of a chain, or of one of them.
-pub(super) type Nodes<'a, T, const S: usize> = [&'a [[T; S]]; 2];
+pub(super) type ChainNodes<'a, T, const S: usize> = [&'a [[T; S]]; 2];
 
 /// Nodes of a chain in the memory of the recursions, in space or in the plane of rotation.
 pub(super) struct Placed<'a, T, const S: usize> {
     pub clamp: &'a Clamp<T>,
-    pub nodes: Nodes<'a, T, S>,
+    pub nodes: ChainNodes<'a, T, S>,
 }
 
 impl<T: Lanewise, const S: usize> NodeMotion for Placed<'_, T, S> {
@@ -96,8 +96,8 @@ impl<T: Lanewise, const S: usize> NodeMotion for Placed<'_, T, S> {
 impl<T: Real> Clamp<T> {
     /// Returns the root under `gravity`.
     #[inline(always)]
-    pub(super) fn root(&self, gravity: [T; 3]) -> Root<T, 3> {
-        Root {
+    pub(super) fn root(&self, gravity: [T; 3]) -> RootMotion<T, 3> {
+        RootMotion {
             position: self.position,
             velocity: self.velocity,
             acceleration: sub(self.acceleration, gravity),
@@ -115,7 +115,7 @@ pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
     fn mass(&self, k: usize) -> T;
 
     /// Returns the inner end of the first segment.
-    fn root(&self) -> Root<T, S>;
+    fn root(&self) -> RootMotion<T, S>;
 
     /// Takes coordinates, or quantities that belong to them, from a block.
     fn take(block: [T; 2]) -> [T; D];
@@ -168,15 +168,15 @@ pub(super) trait Posture<T: Real, const D: usize, const S: usize> {
     fn points(
         &self,
         loads: &dyn NodeLoads<T>,
-        nodes: Nodes<'_, T, S>,
-        apply: &mut dyn FnMut(Point<T, S>),
+        nodes: ChainNodes<'_, T, S>,
+        apply: &mut dyn FnMut(LoadedPoint<T, S>),
     );
 
     /// Calls `apply` with the Jacobians of these loads.
     fn point_changes(
         &self,
         loads: &dyn NodeLoads<T>,
-        nodes: Nodes<'_, T, S>,
+        nodes: ChainNodes<'_, T, S>,
         apply: &mut dyn FnMut(PointChange<T, S>),
     );
 }
@@ -361,7 +361,7 @@ pub(super) fn energies<T: Real, P: Energetic<T, D, S>, const D: usize, const S: 
         dissipation: none,
         clamp_torque_power,
     };
-    let Root {
+    let RootMotion {
         mut position,
         mut velocity,
         ..
@@ -388,7 +388,7 @@ pub(super) fn place<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize
 ) {
     let n = posture.segments();
     let (positions, velocities) = (&mut memory.positions[..n], &mut memory.velocities[..n]);
-    let Root {
+    let RootMotion {
         mut position,
         mut velocity,
         ..
@@ -412,7 +412,7 @@ pub(super) fn track<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize
     let accelerations = &accelerations[..n];
     let (positions, velocities) = (&mut memory.positions[..n], &mut memory.velocities[..n]);
     let base_accelerations = &mut memory.base_accelerations[..n + 1];
-    let Root {
+    let RootMotion {
         mut position,
         mut velocity,
         acceleration: mut base,
@@ -525,11 +525,11 @@ pub(super) fn accelerations<T: Real, P: Posture<T, D, S>, const D: usize, const 
 pub(super) fn residual<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
     posture: &P,
-    Trial {
+    TrialAccelerations {
         accelerations,
         loads,
         ..
-    }: Trial<'_, T>,
+    }: TrialAccelerations<'_, T>,
     residual: &mut [[T; 2]],
 ) {
     sum_outwards(memory, posture, accelerations, residual);
@@ -548,11 +548,11 @@ pub(super) fn residual<T: Real, P: Posture<T, D, S>, const D: usize, const S: us
 pub(super) fn correction<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     memory: &mut Memory<T, D, S>,
     posture: &P,
-    Trial {
+    TrialAccelerations {
         accelerations,
         loads,
         ..
-    }: Trial<'_, T>,
+    }: TrialAccelerations<'_, T>,
     correction: &mut [[T; 2]],
 ) {
     let n = posture.segments();
@@ -585,7 +585,7 @@ fn sum_outwards<T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     );
     let base_forces = &mut memory.base_forces[..n];
 
-    let Root {
+    let RootMotion {
         mut position,
         mut velocity,
         acceleration: mut base,
@@ -653,7 +653,7 @@ impl<'a> Loaded<'a> {
         self,
         posture: &P,
         loads: &dyn NodeLoads<T>,
-        nodes: Nodes<'_, T, S>,
+        nodes: ChainNodes<'_, T, S>,
         forces: &'f mut [[T; S]],
     ) -> &'f [[T; S]] {
         if self.points {
@@ -661,7 +661,7 @@ impl<'a> Loaded<'a> {
             posture.points(
                 loads,
                 nodes,
-                &mut |Point {
+                &mut |LoadedPoint {
                           segment,
                           fraction,
                           force,
@@ -686,7 +686,7 @@ impl<'a> Loaded<'a> {
 fn point_blocks<'b, T: Real, P: Posture<T, D, S>, const D: usize, const S: usize>(
     posture: &P,
     loads: &dyn NodeLoads<T>,
-    nodes: Nodes<'_, T, S>,
+    nodes: ChainNodes<'_, T, S>,
     weights: StepWeights<T>,
     blocks: &'b mut [EndTangents<T, S>],
 ) -> &'b [EndTangents<T, S>] {
@@ -819,11 +819,12 @@ pub(super) fn factorise<
     memory: &mut Memory<T, D, S>,
     posture: &P,
     &Factorise {
-        trial: Trial {
-            accelerations,
-            loads,
-            ..
-        },
+        trial:
+            TrialAccelerations {
+                accelerations,
+                loads,
+                ..
+            },
         weights,
         lanes,
     }: &Factorise<'_, T>,

@@ -99,7 +99,7 @@ pub trait ChainDynamics<T: Lanewise> {
         residual: &mut [[T; 2]],
     ) {
         self.run(Task::Residual(
-            Trial {
+            TrialAccelerations {
                 at,
                 accelerations,
                 loads,
@@ -122,7 +122,7 @@ pub trait ChainDynamics<T: Lanewise> {
         correction: &mut [[T; 2]],
     ) {
         self.run(Task::Correction(
-            Trial {
+            TrialAccelerations {
                 at,
                 accelerations,
                 loads,
@@ -161,7 +161,7 @@ pub trait ChainDynamics<T: Lanewise> {
         lanes: LaneSet,
     ) {
         self.run(Task::Factorise(Factorise {
-            trial: Trial {
+            trial: TrialAccelerations {
                 at,
                 accelerations,
                 loads,
@@ -178,8 +178,8 @@ pub enum Task<'a, T> {
     Place(ChainState<'a, T>),
     Track(ChainState<'a, T>, &'a [[T; 2]]),
     Accelerations(ChainState<'a, T>, &'a dyn NodeLoads<T>, &'a mut [[T; 2]]),
-    Residual(Trial<'a, T>, &'a mut [[T; 2]]),
-    Correction(Trial<'a, T>, &'a mut [[T; 2]]),
+    Residual(TrialAccelerations<'a, T>, &'a mut [[T; 2]]),
+    Correction(TrialAccelerations<'a, T>, &'a mut [[T; 2]]),
     Factorise(Factorise<'a, T>),
     Solve(&'a mut [[T; 2]]),
     Shift(&'a [[T; 2]], StepWeights<T>),
@@ -190,7 +190,7 @@ pub enum Task<'a, T> {
 
 /// Trial accelerations at a state, under loads.
 #[derive(Clone, Copy)]
-pub struct Trial<'a, T> {
+pub struct TrialAccelerations<'a, T> {
     pub at: ChainState<'a, T>,
     pub accelerations: &'a [[T; 2]],
     pub loads: &'a dyn NodeLoads<T>,
@@ -198,7 +198,7 @@ pub struct Trial<'a, T> {
 
 /// Arguments of [`ChainDynamics::factorise`].
 pub struct Factorise<'a, T> {
-    pub trial: Trial<'a, T>,
+    pub trial: TrialAccelerations<'a, T>,
     pub weights: StepWeights<T>,
     pub lanes: LaneSet,
 }

@@ -2,7 +2,7 @@
 
 use super::stepper::AttemptError;
 use super::tableau::Tableau;
-use super::{IntegrationError, RejectionCause, Work};
+use super::{RejectionCause, StepControlError, Work};
 
 /// Limit on the decrease of the step, and the margin below the step that would just be accepted.
 const MIN_FACTOR: f64 = 0.2;
@@ -63,7 +63,7 @@ pub struct Proposal {
 
 /// Work that an integration may spend to keep its tolerance.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Effort {
+pub struct WorkBudget {
     /// Newton iterations.
     pub iterations: usize,
     /// Duration of the integration in s.
@@ -99,7 +99,7 @@ pub struct StepControl {
     shortest: f64,
     change: StepChange,
     allowed_error: f64,
-    effort: Option<Effort>,
+    effort: Option<WorkBudget>,
     work: Work,
     /// Work before the effort began to count.
     earlier: Work,
@@ -133,7 +133,7 @@ impl StepControl {
     /// the effort lasts to the end. The methods are L-stable: they damp vibrations that are too
     /// fast for the floor, and follow slower ones as before.
     #[must_use]
-    pub fn within(self, effort: Effort) -> Self {
+    pub fn within(self, effort: WorkBudget) -> Self {
         Self {
             effort: Some(effort),
             ..self
@@ -184,7 +184,7 @@ impl StepControl {
 
     /// Limits the work from here on to about `effort`, whatever was spent before; see
     /// [`StepControl::within`].
-    pub fn renew(&mut self, effort: Effort) {
+    pub fn renew(&mut self, effort: WorkBudget) {
         self.effort = Some(effort);
         self.earlier = self.work;
     }
@@ -198,7 +198,7 @@ impl StepControl {
     fn floor(&self, remaining: f64) -> f64 {
         let steps = self.work.steps - self.earlier.steps;
         let (
-            Some(Effort {
+            Some(WorkBudget {
                 iterations,
                 duration,
             }),
@@ -273,7 +273,7 @@ impl StepControl {
         time: f64,
         proposal: Proposal,
         outcome: Result<f64, RejectionCause<R>>,
-    ) -> Result<bool, IntegrationError<R>> {
+    ) -> Result<bool, StepControlError<R>> {
         let Proposal {
             step,
             limited,
@@ -332,7 +332,7 @@ impl StepControl {
         time: f64,
         step: f64,
         cause: RejectionCause<R>,
-    ) -> Result<(), IntegrationError<R>> {
+    ) -> Result<(), StepControlError<R>> {
         self.count_failure(&cause);
         self.pace.step = self.change.failure * step;
         self.check_step(time, step, cause)
@@ -344,10 +344,10 @@ impl StepControl {
         time: f64,
         remaining: f64,
         cause: RejectionCause<R>,
-    ) -> Result<(), IntegrationError<R>> {
+    ) -> Result<(), StepControlError<R>> {
         let resolution = f64::EPSILON * time.abs().max(MIN_STEP_SHARE * remaining);
         if self.pace.step < (MIN_STEP_ROUNDINGS * resolution).max(self.shortest) {
-            return Err(IntegrationError::StepTooSmall {
+            return Err(StepControlError::StepTooSmall {
                 time,
                 step: self.pace.step,
                 cause,

@@ -16,7 +16,7 @@ pub mod hermite;
 mod stepper;
 pub mod tableau;
 
-pub use control::{Effort, Pace, Proposal, StepChange, StepControl};
+pub use control::{Pace, Proposal, StepChange, StepControl, WorkBudget};
 pub use stepper::{AttemptError, StageSolution, Stepper};
 
 use crate::equations::{LaneSet, Lanewise, StepWeights};
@@ -190,9 +190,9 @@ impl<C: Copy + Default, const D: usize, const Q: usize> State<C, D, Q> {
     pub fn check<T, S: SecondOrderSystem<T, D, Q, Chart = C>>(
         &self,
         system: &S,
-    ) -> Result<(), IntegrationError<S::Refusal>> {
+    ) -> Result<(), StepControlError<S::Refusal>> {
         if let Some(reason) = system.refuse(&self.q) {
-            return Err(IntegrationError::Refused {
+            return Err(StepControlError::Refused {
                 time: self.time,
                 reason,
             });
@@ -203,7 +203,7 @@ impl<C: Copy + Default, const D: usize, const Q: usize> State<C, D, Q> {
             .iter()
             .all(|value| value.is_finite())
         {
-            return Err(IntegrationError::NotFinite { time: self.time });
+            return Err(StepControlError::NotFinite { time: self.time });
         }
         Ok(())
     }
@@ -237,7 +237,7 @@ pub struct Work {
     /// Accepted steps.
     pub steps: usize,
     /// Accepted steps whose error is above the tolerance, because the integration had spent its
-    /// [`Effort`].
+    /// [`WorkBudget`].
     pub unresolved_steps: usize,
     /// Rejected steps: the error estimate was too large, or the system refused the final state.
     pub rejected_steps: usize,
@@ -301,7 +301,7 @@ impl<R: fmt::Display> fmt::Display for RejectionCause<R> {
 
 /// Reason why an integration cannot continue; `R` is the system's reason to refuse a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum IntegrationError<R> {
+pub enum StepControlError<R> {
     /// The step became too small to advance the time.
     StepTooSmall {
         /// Time in s.
@@ -325,7 +325,7 @@ pub enum IntegrationError<R> {
     },
 }
 
-impl<R: fmt::Display> fmt::Display for IntegrationError<R> {
+impl<R: fmt::Display> fmt::Display for StepControlError<R> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::StepTooSmall { time, step, cause } => {
@@ -345,4 +345,4 @@ impl<R: fmt::Display> fmt::Display for IntegrationError<R> {
     }
 }
 
-impl<R: fmt::Debug + fmt::Display> Error for IntegrationError<R> {}
+impl<R: fmt::Debug + fmt::Display> Error for StepControlError<R> {}

@@ -120,7 +120,7 @@ struct Newton {
 }
 
 /// Verdict of [`Newton::judge`].
-enum Convergence {
+enum NewtonVerdict {
     Converged,
     Continues,
     /// Continue with a matrix from the present point.
@@ -149,16 +149,16 @@ impl Newton {
         norm: f64,
         fresh: bool,
         relative: f64,
-    ) -> Convergence {
+    ) -> NewtonVerdict {
         if !norm.is_finite() {
-            return Convergence::Failed;
+            return NewtonVerdict::Failed;
         }
         if iteration == 0 {
             if norm < solution.trusted_correction(relative) {
-                return Convergence::Converged;
+                return NewtonVerdict::Converged;
             }
             if solution == StageSolution::Predicted && norm * relative > HOPEFUL_CORRECTION {
-                return Convergence::Failed;
+                return NewtonVerdict::Failed;
             }
         }
         if let Some(previous) = self.previous_norm {
@@ -166,9 +166,9 @@ impl Newton {
             if contraction > MAX_CONTRACTION && norm > self.tolerance {
                 self.previous_norm = None;
                 return if fresh {
-                    Convergence::Failed
+                    NewtonVerdict::Failed
                 } else {
-                    Convergence::NeedsMatrix
+                    NewtonVerdict::NeedsMatrix
                 };
             }
             self.contraction = contraction.max(SLOWEST_DECLINE * self.contraction);
@@ -184,9 +184,9 @@ impl Newton {
         };
         // Corrections of a few roundings are noise, and their contraction means nothing.
         if remaining <= self.tolerance || norm * relative <= 8.0 * f64::EPSILON {
-            Convergence::Converged
+            NewtonVerdict::Converged
         } else {
-            Convergence::Continues
+            NewtonVerdict::Continues
         }
     }
 }
@@ -425,10 +425,10 @@ impl<T: Lanewise, const D: usize, const Q: usize> Stepper<T, D, Q> {
                 newton.factorisations += usize::from(fresh);
                 let relative = self.tolerances.relative.lane(lane);
                 match newton.judge(self.solution, iteration, norms.lane(lane), fresh, relative) {
-                    Convergence::Converged => solved.insert(lane),
-                    Convergence::Continues => {}
-                    Convergence::NeedsMatrix => next_matrix.insert(lane),
-                    Convergence::Failed => {
+                    NewtonVerdict::Converged => solved.insert(lane),
+                    NewtonVerdict::Continues => {}
+                    NewtonVerdict::NeedsMatrix => next_matrix.insert(lane),
+                    NewtonVerdict::Failed => {
                         newton.failed = true;
                         open.remove(lane);
                     }

@@ -28,7 +28,7 @@ pub struct Settings {
     /// The workpiece.
     #[cfg_attr(feature = "serde", serde(default))]
     pub workpiece: WorkpieceSettings,
-    /// How the tool meets the workpiece.
+    /// Motion of the tool over the workpiece.
     pub process: ProcessSettings,
     /// The numerical solution and its output.
     #[cfg_attr(feature = "serde", serde(default))]
@@ -44,8 +44,8 @@ pub struct Settings {
     )]
     #[cfg_attr(feature = "schema", schemars(with = "BrushSettings"))]
     pub brush: Option<BrushSettings>,
-    /// What the contact removes from the workpiece and wears off the filaments. Without this
-    /// section only its work is known.
+    /// Removal from the workpiece and wear of the filaments. Without this section only the work of
+    /// the contact is known.
     #[cfg_attr(
         feature = "serde",
         serde(default, skip_serializing_if = "Option::is_none")
@@ -72,8 +72,9 @@ impl Settings {
         }
     }
 
-    /// The brush of Uhlmann and Hoyer (2021) on a plane, with the defaults for what the paper
-    /// leaves open, at the brushing velocity `v_b` (m/s) and the penetration depth `a_e` (m).
+    /// Returns the brush of Uhlmann and Hoyer (2021) on a plane, at the brushing velocity `v_b`
+    /// (m/s) and the penetration depth `a_e` (m). Settings that the paper does not state have their
+    /// defaults.
     ///
     /// Frictionless, as in the paper: forces are upper bounds.
     ///
@@ -104,7 +105,7 @@ impl Settings {
         (self.process.tool_force_n, self.process.penetration_depth_m) = (Some(force_n), 0.0);
     }
 
-    /// The same settings with the penetration depth `depth_m` (m), and no force.
+    /// Returns the settings with the penetration depth `depth_m` (m) and without a force.
     #[must_use]
     pub fn at_depth(&self, depth_m: f64) -> Self {
         let mut settings = self.clone();
@@ -440,7 +441,7 @@ impl WorkpieceKind {
         }
     }
 
-    /// Whether it is a plane.
+    /// Returns `true` for a plane.
     #[must_use]
     pub fn is_plane(&self) -> bool {
         matches!(self, Self::Plane(_))
@@ -513,7 +514,7 @@ pub struct EdgeSettings {
     pub included_angle_rad: f64,
     /// Radius with which the edges of an edge or a chamfer are rounded, in m.
     pub edge_radius_m: f64,
-    /// Whether filaments leave the material at the edge, or enter it there.
+    /// Side from which filaments come to the edge.
     pub side: Side,
 }
 
@@ -543,7 +544,7 @@ pub struct ChamferSettings {
     pub included_angle_rad: f64,
     /// Radius with which the edges of an edge or a chamfer are rounded, in m.
     pub edge_radius_m: f64,
-    /// Whether filaments leave the material at the edge, or enter it there.
+    /// Side from which filaments come to the edge.
     pub side: Side,
     /// Width of the face of a chamfer before its edges are rounded, in m.
     pub chamfer_width_m: f64,
@@ -594,7 +595,7 @@ pub struct ProfileSettings {
     pub degree: usize,
     /// Its control points `[x, y]`, in m, with the material on the right-hand side of the curve.
     pub control_points_m: Vec<[f64; 2]>,
-    /// Whether the curve of a profile is closed.
+    /// `true` if the curve of a profile is closed.
     pub closed: bool,
 }
 
@@ -609,7 +610,7 @@ impl Default for ProfileSettings {
     }
 }
 
-/// How filaments meet an edge.
+/// Side from which filaments come to an edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -618,14 +619,14 @@ impl Default for ProfileSettings {
 )]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Side {
-    /// They sweep over the material, at `x ≤ 0`, and off it.
+    /// Filaments sweep over the material, at `x ≤ 0`, and off it.
     #[default]
     Leaving,
-    /// They come from outside onto the material, at `x ≥ 0`.
+    /// Filaments come from outside onto the material, at `x ≥ 0`.
     Entering,
 }
 
-/// How the tool meets the workpiece.
+/// Motion of the tool over the workpiece.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -860,9 +861,9 @@ pub struct UncertaintySettings {
     pub samples: usize,
     /// Seed of the samples.
     pub seed: u32,
-    /// What stays the same if the filaments have another length.
+    /// Settings that stay the same if the filaments have another length.
     pub hold: Hold,
-    /// What a calibration leaves open. Other deviations come on top of it.
+    /// Uncertainty that a calibration leaves. Other deviations add to it.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "schema", schemars(with = "CalibrationUncertainty"))]
     pub calibration: Option<CalibrationUncertainty>,
@@ -946,7 +947,7 @@ pub struct CalibrationUncertainty {
     pub misfit: f64,
 }
 
-/// What stays the same on tools whose filaments have another length.
+/// Settings that stay the same on tools whose filaments have another length.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -1003,7 +1004,7 @@ pub struct BrushSettings {
     pub rows: Option<usize>,
     /// Where the roots are.
     pub pattern: Pattern,
-    /// What is beyond the first and the last row.
+    /// Surroundings beyond the first and the last row.
     pub ends: Ends,
     /// Contact stiffness `k_l` between filaments, in N/m².
     pub stiffness_n_m2: f64,
@@ -1022,8 +1023,8 @@ pub struct BrushSettings {
     /// Standard deviation of the shift of each root, around the body and along the axis, in m.
     /// Roots of a single row stay in its plane.
     pub root_std_m: f64,
-    /// Whether the metrics are those of a steady stretch of columns, which must then exist; else
-    /// they are those of all columns.
+    /// `true` if the metrics are those of a steady stretch of columns, which must exist; `false`
+    /// for those of all columns.
     pub steady: bool,
     /// Seed of random roots, tilts and filaments.
     pub seed: u32,
@@ -1049,7 +1050,7 @@ pub enum Pattern {
     Random,
 }
 
-/// What is beyond the first and the last row.
+/// Surroundings beyond the first and the last row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -1085,8 +1086,7 @@ impl Default for BrushSettings {
     }
 }
 
-/// What the contact removes from the workpiece and wears off the filaments (MODEL, "Removal and
-/// wear").
+/// Removal from the workpiece and wear of the filaments (MODEL, "Removal and wear").
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -1105,12 +1105,12 @@ pub struct RemovalSettings {
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "schema", schemars(with = "f64"))]
     pub filament_wear_m2_n: Option<f64>,
-    /// Whether the tool follows as its filaments become shorter, so that the penetration depth
-    /// stays.
+    /// `true` if the tool follows as its filaments become shorter, which keeps the penetration
+    /// depth.
     pub compensate: bool,
-    /// Whether half of the turns go in the other direction.
+    /// `true` if half of the turns go in the other direction.
     pub alternate: bool,
-    /// The part of the force by which it has fallen when a worn brush is to be changed.
+    /// Relative loss of force at which a worn brush is to be changed.
     pub force_loss: f64,
     /// Velocity of the feed along the edge, in m/s: a point of the edge is under a brush of the
     /// width `b` for `ω b/(2π v_f)` turns.
@@ -1121,7 +1121,7 @@ pub struct RemovalSettings {
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "schema", schemars(with = "RemovalGoal"))]
     pub until: Option<RemovalGoal>,
-    /// What one trial showed, in place of `preston_m2_n`.
+    /// Result of one trial, in place of `preston_m2_n`.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "schema", schemars(with = "ObservedEdge"))]
     pub observed: Option<ObservedEdge>,

@@ -17,7 +17,7 @@
 //! For other motions of the clamp its work is integrated, at the cost of another residual per
 //! stage.
 
-use super::form::Equations;
+use super::form::FilamentEquations;
 use super::observers::ContactObserver;
 use super::step::at_knots;
 use super::system::{Filament, integral};
@@ -69,7 +69,7 @@ pub(super) fn turns_rigidly<T: Tool, W>(filament: &Filament<Turning<T>, W>) -> b
 /// tolerance. With `tracks_energy` the work of the clamp has been integrated.
 pub(super) fn energy_residual<T: Tool, W: Workpiece>(
     filament: &Filament<Turning<T>, W>,
-    equations: &mut Equations<f64>,
+    equations: &mut FilamentEquations<f64>,
     start: &[Vec<[f64; 2]>; 2],
     relative: f64,
     observer: &ContactObserver<Turning<T>, W>,
@@ -125,7 +125,7 @@ pub(super) fn energy_residual<T: Tool, W: Workpiece>(
 /// filament at a state.
 fn energy<M: ClampMotion, W>(
     filament: &Filament<M, W>,
-    equations: &mut Equations<f64>,
+    equations: &mut FilamentEquations<f64>,
     time: f64,
     chart: PolarAxis,
     q: &[[f64; 2]],

@@ -41,7 +41,7 @@ impl fmt::Display for Obstacle {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum IntegrationError {
     /// No step can be taken.
-    Step(integrate::IntegrationError<Obstacle>),
+    Step(integrate::StepControlError<Obstacle>),
     /// The pass exceeds the work of any pass, although it may miss the tolerance
     /// ([`StepControl::within`](crate::integrate::StepControl::within)).
     TooManySteps {
@@ -75,7 +75,7 @@ pub enum IntegrationError {
 
 impl fmt::Display for IntegrationError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        use integrate::IntegrationError::{NotFinite, Refused, StepTooSmall};
+        use integrate::StepControlError::{NotFinite, Refused, StepTooSmall};
         match self {
             Self::Step(error @ StepTooSmall { cause, .. }) => {
                 let extreme = match cause {
@@ -117,8 +117,8 @@ impl fmt::Display for IntegrationError {
 
 impl Error for IntegrationError {}
 
-impl From<integrate::IntegrationError<Obstacle>> for IntegrationError {
-    fn from(error: integrate::IntegrationError<Obstacle>) -> Self {
+impl From<integrate::StepControlError<Obstacle>> for IntegrationError {
+    fn from(error: integrate::StepControlError<Obstacle>) -> Self {
         Self::Step(error)
     }
 }
@@ -211,7 +211,7 @@ mod tests {
 
     #[test]
     fn messages_say_what_to_try() {
-        use integrate::IntegrationError::{NotFinite, Refused, StepTooSmall};
+        use integrate::StepControlError::{NotFinite, Refused, StepTooSmall};
         let too_small = |cause| StepTooSmall {
             time: 1e-3,
             step: 2e-18,

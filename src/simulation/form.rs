@@ -20,7 +20,7 @@ pub enum Form {
 /// Equations of one chain, or of one per lane.
 #[allow(clippy::large_enum_variant, reason = "a pass has one")]
 #[derive(Clone, Debug)]
-pub(crate) enum Equations<T> {
+pub(crate) enum FilamentEquations<T> {
     Spatial(Dynamics<T>),
     Planar(PlanarDynamics<T>),
 }
@@ -29,19 +29,19 @@ pub(crate) enum Equations<T> {
 macro_rules! each {
     ($equations:expr, $dynamics:ident => $result:expr) => {
         match $equations {
-            Equations::Spatial($dynamics) => $result,
-            Equations::Planar($dynamics) => $result,
+            FilamentEquations::Spatial($dynamics) => $result,
+            FilamentEquations::Planar($dynamics) => $result,
         }
     };
 }
 
-impl<T: Compiled> ChainDynamics<T> for Equations<T> {
+impl<T: Compiled> ChainDynamics<T> for FilamentEquations<T> {
     fn run(&mut self, task: Task<'_, T>) {
         each!(self, dynamics => dynamics.run(task));
     }
 }
 
-impl<T: Compiled> Equations<T> {
+impl<T: Compiled> FilamentEquations<T> {
     pub fn new(form: Form, chain: Chain<T>) -> Self {
         match form {
             Form::Spatial => Self::Spatial(Dynamics::new(chain)),

@@ -34,7 +34,7 @@ mod turns;
 pub(crate) use batches::Batches;
 pub use error::{IntegrationError, NoContactArc, Obstacle, SimulationError};
 pub use force::{DepthSearch, Found, Unreachable, press_on};
-pub(crate) use form::Equations;
+pub(crate) use form::FilamentEquations;
 pub use form::Form;
 pub use kind::Kind;
 pub use observers::{ContactObserver, NodeForce, Sample, Sampling, Shape};

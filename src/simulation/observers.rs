@@ -1,6 +1,6 @@
 //! Observers of the steps of a pass, for the record of its contact and a time history.
 
-use super::form::{Equations, Form};
+use super::form::{FilamentEquations, Form};
 use super::profile::{EdgeWork, Ledger, sliding_in};
 use super::search::maximum_in_step;
 use super::step::Step;
@@ -469,7 +469,7 @@ impl Shape {
 /// Collector of equally spaced samples and shapes from the steps of a pass.
 pub(super) struct Sampler {
     /// Equations for the energies; made only if samples are requested.
-    equations: Option<Equations<f64>>,
+    equations: Option<FilamentEquations<f64>>,
     pub sampling: Sampling,
     end_time: f64,
     /// `true` if samples are requested whose end is not known.
@@ -528,7 +528,7 @@ impl Sampler {
             }
         ];
         Self {
-            equations: (sampling.samples > 0).then(|| Equations::new(form, chain)),
+            equations: (sampling.samples > 0).then(|| FilamentEquations::new(form, chain)),
             sampling,
             end_time: end_time.unwrap_or(f64::INFINITY),
             is_blind,

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::balance::{MAX_ENERGY_RESIDUAL, energy_residual, turns_rigidly};
 use super::equilibrium::RigidShape;
 use super::error::{IntegrationError, NoContactArc, SimulationError};
-use super::form::{Equations, Form};
+use super::form::{FilamentEquations, Form};
 use super::kind::Kind;
 use super::observers::{ContactObserver, Sample, Sampler, Sampling, Shape};
 use super::profile::{Ledger, ProfileCell};
@@ -20,7 +20,7 @@ use super::turns::{Itinerary, start_of_turn};
 use crate::contact::{Approach, ContactLaw};
 use crate::equations::linear::{add, dot, scale};
 use crate::equations::{Chain, Clamp, PolarAxis, sin_cos};
-use crate::integrate::IntegrationError::StepTooSmall;
+use crate::integrate::StepControlError::StepTooSmall;
 use crate::integrate::tableau::{ESDIRK54, Tableau};
 use crate::integrate::{RejectionCause, SecondOrderSystem, Stepper, Tolerances};
 use crate::model::filament;
@@ -181,7 +181,7 @@ pub struct Pass<T = RotaryTool, W = Part> {
     touches: Vec<[f64; 2]>,
     /// `true` if that is the whole turn. The workpiece then rises in the turn before the first.
     all_round: bool,
-    setting: Setting,
+    setting: PassConditions,
     filament_length: f64,
     filament_count: f64,
     tolerances: Tolerances,
@@ -236,7 +236,7 @@ impl Pass {
             Pose::of(&settings.tool),
             settings.process.penetration_depth_m,
         );
-        let setting = Setting {
+        let setting = PassConditions {
             pose,
             shape,
             is_rotary: true,
@@ -292,7 +292,7 @@ impl Pass {
 
 /// Properties in which a pass differs from one of any tool over any workpiece.
 #[derive(Clone, Debug)]
-struct Setting {
+struct PassConditions {
     /// Pose from the tool's frame, in which everything is computed, to the frame of the workpiece.
     pose: Pose,
     /// Shape at the start; `None` if that is the relaxed one.
@@ -326,7 +326,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         let radius = tool.radius(length);
         let depth = settings.process.penetration_depth_m;
         let removal = RemovalLaw::of(settings);
-        let setting = Setting {
+        let setting = PassConditions {
             pose: Pose::UPRIGHT,
             shape: None,
             is_rotary: false,
@@ -350,7 +350,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         workpiece: W,
         tool_radius: f64,
         passage: Passage,
-        setting: Setting,
+        setting: PassConditions,
     ) -> Self {
         let Settings {
             tool: brush,
@@ -852,7 +852,7 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
         }
         let energy_residual = energy_residual(
             &self.filament,
-            &mut Equations::new(self.form, self.filament.chain.clone()),
+            &mut FilamentEquations::new(self.form, self.filament.chain.clone()),
             &self.start_coordinates(),
             self.tolerances.relative,
             observer,

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 use std::ops::{AddAssign, Range};
 
 use super::error::Obstacle;
-use super::form::{Equations, Form};
-use crate::contact::edge::{EdgeContact, Nodes, Station};
+use super::form::{FilamentEquations, Form};
+use crate::contact::edge::{EdgeContact, NodeMotions, Station};
 use crate::contact::{Approach, ContactLaw, node_stiffness_share};
 use crate::equations::linear::{add, dot, in_lane, zero};
 use crate::equations::{
@@ -203,7 +203,7 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     pub fn touch(
         &self,
         contact: usize,
-        nodes: &Nodes<'_>,
+        nodes: &NodeMotions<'_>,
         start: Option<usize>,
         time: f64,
     ) -> Touch {
@@ -224,7 +224,13 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     }
 
     #[inline(never)]
-    fn edge_touch(&self, edge: &Edge, nodes: &Nodes<'_>, start: Option<usize>, time: f64) -> Touch {
+    fn edge_touch(
+        &self,
+        edge: &Edge,
+        nodes: &NodeMotions<'_>,
+        start: Option<usize>,
+        time: f64,
+    ) -> Touch {
         let EdgeContact {
             station,
             position,
@@ -305,7 +311,7 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
     fn edge_contact(
         &self,
         edge: &Edge,
-        nodes: &Nodes<'_>,
+        nodes: &NodeMotions<'_>,
         start: Option<usize>,
         time: f64,
     ) -> EdgeContact {
@@ -371,7 +377,7 @@ impl<M: ClampMotion, W: Workpiece> Filament<M, W> {
 /// contacts.
 #[derive(Clone, Debug)]
 pub struct FilamentSystem<M, W, T = f64> {
-    equations: Equations<T>,
+    equations: FilamentEquations<T>,
     /// Filament of each lane.
     filaments: Vec<Filament<M, W>>,
     /// Lanes in which each contact is closed: contacts of nodes, then contacts with edges.
@@ -514,7 +520,10 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
             Clamp::from_lanes(|lane| filaments[lane].motion.at(0.0)),
         );
         Self {
-            equations: Equations::new(form, Chain::from_lanes(|lane| &filaments[lane].chain)),
+            equations: FilamentEquations::new(
+                form,
+                Chain::from_lanes(|lane| &filaments[lane].chain),
+            ),
             filaments,
             closed: vec![LaneSet::default(); contacts],
             starts: vec![vec![0; T::LANES]; contacts - n],
@@ -621,7 +630,7 @@ impl<M: ClampMotion, W: Workpiece, T: Compiled> FilamentSystem<M, W, T> {
         q: &'a [[T; 2]],
         v: &'a [[T; 2]],
     ) -> (
-        &'a mut Equations<T>,
+        &'a mut FilamentEquations<T>,
         ChainState<'a, T>,
         ContactLoads<'a, M, W, T>,
     ) {

@@ -13,15 +13,15 @@ use crate::equations::{Compiled, Lanewise};
 use crate::integrate::hermite::Knot;
 use crate::integrate::tableau::Tableau;
 use crate::integrate::{
-    Effort, Proposal, RejectionCause, SecondOrderSystem, StepControl, Stepper, Tolerances,
+    Proposal, RejectionCause, SecondOrderSystem, StepControl, Stepper, Tolerances, WorkBudget,
 };
 use crate::tool::ClampMotion;
 use crate::workpiece::Workpiece;
 
 /// Returns the work that `segments` segments may take to advance by `duration` (s).
-fn effort(segments: usize, duration: f64) -> Effort {
+fn effort(segments: usize, duration: f64) -> WorkBudget {
     let iterations = EFFORT / (segments + SEGMENTS_OF_OVERHEAD) as f64;
-    Effort {
+    WorkBudget {
         iterations: iterations.min(MAX_ITERATIONS) as usize,
         duration,
     }

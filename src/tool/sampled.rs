@@ -20,7 +20,7 @@ const RIGIDITY_TOLERANCE: f64 = 1e-6;
 const MIN_SAMPLES: usize = 3;
 
 /// A vector over a turn, `Σ a_m cos mβ + b_m sin mβ`: `[a_m, b_m]` by `m`.
-type Series = Vec<[[f64; 3]; 2]>;
+type FourierSeries = Vec<[[f64; 3]; 2]>;
 
 /// A tool that turns about `z` by the motion of one clamp, sampled at equal angles over a turn.
 ///
@@ -48,8 +48,8 @@ type Series = Vec<[[f64; 3]; 2]>;
 pub struct SampledTool {
     /// Position in m and direction, of unit length, at the sampled angles.
     samples: Vec<[[f64; 3]; 2]>,
-    position: Series,
-    direction: Series,
+    position: FourierSeries,
+    direction: FourierSeries,
     /// `true` if the clamp turns rigidly about `z`.
     is_rigid: bool,
 }
@@ -168,7 +168,7 @@ fn turns_rigidly(samples: &[[[f64; 3]; 2]]) -> bool {
 
 /// Returns the Fourier series through vectors at equal angles of a turn, up to the last term above
 /// rounding errors.
-fn series(vectors: impl ExactSizeIterator<Item = [f64; 3]> + Clone) -> Series {
+fn series(vectors: impl ExactSizeIterator<Item = [f64; 3]> + Clone) -> FourierSeries {
     let count = vectors.len();
     let turns: Vec<(f64, f64)> = (0..count)
         .map(|k| (TAU * k as f64 / count as f64).sin_cos())
@@ -191,7 +191,7 @@ fn series(vectors: impl ExactSizeIterator<Item = [f64; 3]> + Clone) -> Series {
         };
         term.map(|part| scale(of_both / count as f64, part))
     };
-    let mut series: Series = (0..=count / 2).map(term).collect();
+    let mut series: FourierSeries = (0..=count / 2).map(term).collect();
     let size = |term: &[[f64; 3]; 2]| {
         term.as_flattened()
             .iter()
@@ -207,7 +207,7 @@ fn series(vectors: impl ExactSizeIterator<Item = [f64; 3]> + Clone) -> Series {
 }
 
 /// Returns the value of a series at an angle (rad), and its first two derivatives by this angle.
-fn at(series: &Series, angle: f64) -> [[f64; 3]; 3] {
+fn at(series: &FourierSeries, angle: f64) -> [[f64; 3]; 3] {
     let mut values = [[0.0; 3]; 3];
     for (order, [cosine, sine]) in series.iter().enumerate() {
         let order = order as f64;

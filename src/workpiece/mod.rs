@@ -28,7 +28,7 @@ pub use outline::Outline;
 pub use part::Part;
 pub use plane::Plane;
 pub use posed::{Placement, Posed, Ramp, Way};
-pub use profile::{Profile, Stretch};
+pub use profile::{Profile, TightStretch};
 pub use spline::{Foot, Spline, SplineError};
 
 /// Point of a workpiece that is nearest to a point of the filament.
@@ -98,7 +98,7 @@ enum EdgeCurve {
         radius: f64,
         ends: Option<[[f64; 2]; 2]>,
     },
-    Stretch(Stretch),
+    Stretch(TightStretch),
 }
 
 impl Edge {
@@ -152,7 +152,7 @@ impl Edge {
         }
     }
 
-    fn of_stretch(stretch: Stretch, velocity: [f64; 3]) -> Self {
+    fn of_stretch(stretch: TightStretch, velocity: [f64; 3]) -> Self {
         Self {
             curve: EdgeCurve::Stretch(stretch),
             velocity,

@@ -8,7 +8,7 @@ use crate::equations::linear::{add, dot, scale, sub};
 
 /// One curve of an outline. Lengths in m.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Curve {
+enum OutlineCurve {
     /// Line from `point` along the unit vector `direction`, between two arc lengths, which can be
     /// infinite.
     Line {
@@ -42,7 +42,7 @@ struct Seen {
     past: f64,
 }
 
-impl Curve {
+impl OutlineCurve {
     fn see(&self, position: [f64; 2]) -> Seen {
         match *self {
             Self::Line {
@@ -305,13 +305,13 @@ fn turned([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outline {
     /// Curves in their order along the outline, with the material on the right-hand side.
-    curves: Vec<Curve>,
+    curves: Vec<OutlineCurve>,
     /// Differences of the outline's arc length from the own one of each curve, in m.
     shifts: Vec<f64>,
     /// `true` for curves that are edges.
     are_edges: Vec<bool>,
     /// Curves that nodes meet.
-    faces: Vec<Curve>,
+    faces: Vec<OutlineCurve>,
     edges: Vec<Edge>,
     velocity: [f64; 3],
 }
@@ -349,7 +349,7 @@ impl Outline {
         for corner in corners {
             let rounding = corner.rounding(radius);
             let to = dot(sub(corner.point, point), direction) - rounding;
-            curves.push(Curve::Line {
+            curves.push(OutlineCurve::Line {
                 point,
                 direction,
                 from,
@@ -361,7 +361,7 @@ impl Outline {
                 scale(radius, normal),
             );
             direction = turned(direction, corner.turn);
-            curves.push(Curve::Arc {
+            curves.push(OutlineCurve::Arc {
                 centre,
                 radius,
                 first: normal,
@@ -369,7 +369,7 @@ impl Outline {
             });
             (point, from) = (corner.point, rounding);
         }
-        curves.push(Curve::Line {
+        curves.push(OutlineCurve::Line {
             point,
             direction,
             from,
@@ -387,7 +387,7 @@ impl Outline {
         velocity: [f64; 3],
     ) -> Self {
         Self::new(
-            vec![Curve::Circle {
+            vec![OutlineCurve::Circle {
                 centre,
                 radius,
                 convex,
@@ -397,9 +397,9 @@ impl Outline {
         )
     }
 
-    fn new(curves: Vec<Curve>, face_radius: f64, velocity: [f64; 3]) -> Self {
-        let edge = |curve: &Curve| match *curve {
-            Curve::Arc {
+    fn new(curves: Vec<OutlineCurve>, face_radius: f64, velocity: [f64; 3]) -> Self {
+        let edge = |curve: &OutlineCurve| match *curve {
+            OutlineCurve::Arc {
                 centre,
                 radius,
                 first,
@@ -407,7 +407,7 @@ impl Outline {
             } if radius < face_radius => {
                 Some(Edge::arc(centre, radius, Some([second, first]), velocity))
             }
-            Curve::Circle {
+            OutlineCurve::Circle {
                 centre,
                 radius,
                 convex: true,
@@ -435,8 +435,9 @@ impl Outline {
     /// window also has the angles of `plane`. `None` if the filament touches all the way round.
     pub(super) fn passage(&self, reach: f64, plane: ContactArc) -> Option<Passage> {
         const POINTS: usize = 512;
-        let of_curve =
-            |curve: &Curve| touches(|length| curve.at(length), curve.range(reach), POINTS, reach);
+        let of_curve = |curve: &OutlineCurve| {
+            touches(|length| curve.at(length), curve.range(reach), POINTS, reach)
+        };
         passage(self.curves.iter().flat_map(of_curve).collect(), plane)
     }
 
@@ -457,11 +458,11 @@ impl Outline {
 
 /// Returns the differences of the outline's arc length from the own one of each curve, in m. The
 /// middle of the rounded part is at zero.
-fn shifts(curves: &[Curve]) -> Vec<f64> {
+fn shifts(curves: &[OutlineCurve]) -> Vec<f64> {
     let mut end = 0.0;
-    let shift = |curve: &Curve| match *curve {
-        Curve::Line { from, to, .. } if from.is_infinite() => end - to,
-        Curve::Circle { .. } => 0.0,
+    let shift = |curve: &OutlineCurve| match *curve {
+        OutlineCurve::Line { from, to, .. } if from.is_infinite() => end - to,
+        OutlineCurve::Circle { .. } => 0.0,
         _ => {
             let [from, to] = curve.range(f64::INFINITY);
             let shift = end - from;
@@ -569,7 +570,7 @@ impl Workpiece for Outline {
                 start = if index == first { from } else { start };
                 end = if index == last { to } else { end };
             }
-            let least = if matches!(curve, Curve::Line { .. }) {
+            let least = if matches!(curve, OutlineCurve::Line { .. }) {
                 1.0
             } else {
                 MIN_ARC_CELLS
@@ -579,7 +580,7 @@ impl Workpiece for Outline {
                 curve.at(length - shift)[0]
             });
         }
-        if let ([curve @ Curve::Circle { radius, .. }], Some(stretch)) =
+        if let ([curve @ OutlineCurve::Circle { radius, .. }], Some(stretch)) =
             (&self.curves[..], stretches[0])
             && stretch == curve.range(reach)
         {

@@ -28,7 +28,7 @@ pub struct Profile {
 
 /// A convex stretch of a spline that is curved too tightly for a face.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Stretch {
+pub struct TightStretch {
     spline: Arc<Spline>,
     /// Origin of the spline at time zero in m.
     origin: [f64; 2],
@@ -41,7 +41,7 @@ pub struct Stretch {
     middle: [f64; 2],
 }
 
-impl Stretch {
+impl TightStretch {
     /// Returns the smallest radius of curvature in m.
     pub fn radius(&self) -> f64 {
         self.radius
@@ -124,7 +124,7 @@ impl Profile {
                 let radius = 1.0 / sharpest.fold(1.0 / face_radius, f64::max);
                 let middle = add(origin, spline.at((from + to) / 2.0).0);
                 Edge::of_stretch(
-                    Stretch {
+                    TightStretch {
                         spline: Arc::clone(&spline),
                         origin,
                         from,

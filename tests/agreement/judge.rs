@@ -13,7 +13,7 @@ use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
 use bristle::model::settings::{Settings, Turns};
 
 use crate::pairs::{Pair, Run};
-use crate::simulate::{Outcome, Result, outcomes};
+use crate::simulate::{Result, SimulationOutcome, outcomes};
 
 /// Tolerance of the simulations that measure the sensitivity of results.
 const EXACT_TOLERANCE: f64 = 1e-9;
@@ -105,8 +105,8 @@ pub fn judge(pair: &Pair, results: &[Result]) -> Verdict {
 /// beyond the tolerance.
 fn excess(
     pair: &Pair,
-    one: &Outcome,
-    other: &Outcome,
+    one: &SimulationOutcome,
+    other: &SimulationOutcome,
     share: impl Fn(&'static str) -> f64,
 ) -> Option<String> {
     let settings = pair.settings();
@@ -151,9 +151,9 @@ fn excess(
 /// The numbers of a result to compare.
 fn numbers(
     pair: &Pair,
-    outcome: &Outcome,
+    outcome: &SimulationOutcome,
     metrics: &Metrics,
-    partner: &Outcome,
+    partner: &SimulationOutcome,
 ) -> Vec<ComparedNumber> {
     let settings = pair.settings();
     let number = |name, value, scale| ComparedNumber {
@@ -258,7 +258,7 @@ fn spread(pair: &Pair) -> Option<Vec<(&'static str, f64)>> {
         |settings, factor| settings.filament.lateral_tilt_rad *= factor,
         |settings, factor| settings.contact.friction_coefficient *= factor,
     ];
-    let results_at = |tolerance: Option<f64>| -> Vec<Outcome> {
+    let results_at = |tolerance: Option<f64>| -> Vec<SimulationOutcome> {
         let factors = changes
             .iter()
             .flat_map(|change| [1.0 - off, 1.0 + off].map(|factor| (change, factor)));

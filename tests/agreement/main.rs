@@ -27,7 +27,7 @@ use fastrand::Rng;
 use rayon::prelude::*;
 
 use judge::{Verdict, judge};
-use pairs::{KINDS, Kind, Pair, Run};
+use pairs::{KINDS, Pair, PairKind, Run};
 use simulate::outcomes;
 
 /// Maximum number of pairs whose passes share vector units. Brushes are simulated one by one.
@@ -87,7 +87,7 @@ struct PairTrial {
 }
 
 impl PairTrial {
-    fn new(kind: &Kind, seed: u64, number: usize) -> Self {
+    fn new(kind: &PairKind, seed: u64, number: usize) -> Self {
         let name = kind.name.bytes().fold(seed, |hash, byte| {
             hash.wrapping_mul(0x0100_0000_01b3) ^ u64::from(byte)
         });
@@ -107,7 +107,7 @@ impl PairTrial {
     }
 
     /// Drops settings while the pair still fails.
-    fn simplified(mut self, kind: &Kind) -> Self {
+    fn simplified(mut self, kind: &PairKind) -> Self {
         for simplify in draw::SIMPLIFICATIONS {
             let mut settings = self.settings.clone();
             simplify(&mut settings);
@@ -127,7 +127,7 @@ impl PairTrial {
 }
 
 /// The pair of these settings, if all its settings are possible.
-fn possible(kind: &Kind, settings: &Settings, random: &Rng) -> Option<Pair> {
+fn possible(kind: &PairKind, settings: &Settings, random: &Rng) -> Option<Pair> {
     settings.check().ok()?;
     let pair = (kind.pair)(settings, &mut random.clone());
     let are_possible = pair
@@ -141,7 +141,7 @@ fn possible(kind: &Kind, settings: &Settings, random: &Rng) -> Option<Pair> {
 fn main() -> ExitCode {
     let plan = TrialPlan::of_arguments();
     let wanted =
-        |kind: &&Kind| plan.kinds.is_empty() || plan.kinds.iter().any(|name| name == kind.name);
+        |kind: &&PairKind| plan.kinds.is_empty() || plan.kinds.iter().any(|name| name == kind.name);
     // Alone, a kind with few long pairs would keep only one core busy.
     let failures: usize = KINDS
         .par_iter()
@@ -156,7 +156,7 @@ fn main() -> ExitCode {
 }
 
 /// Tries the pairs of a kind, prints the findings in one piece, and returns the number of failures.
-fn attack(kind: &Kind, plan: &TrialPlan) -> usize {
+fn attack(kind: &PairKind, plan: &TrialPlan) -> usize {
     let numbers: Vec<usize> = plan
         .only
         .map_or_else(|| (0..kind.count * plan.times).collect(), |only| vec![only]);
@@ -209,7 +209,7 @@ fn attack(kind: &Kind, plan: &TrialPlan) -> usize {
 }
 
 /// Judges some pairs of a kind.
-fn judged(kind: &Kind, plan: &TrialPlan, numbers: &[usize]) -> Vec<(usize, Verdict)> {
+fn judged(kind: &PairKind, plan: &TrialPlan, numbers: &[usize]) -> Vec<(usize, Verdict)> {
     let trials: Vec<PairTrial> = numbers
         .iter()
         .map(|number| PairTrial::new(kind, plan.seed, *number))
@@ -222,7 +222,7 @@ fn judged(kind: &Kind, plan: &TrialPlan, numbers: &[usize]) -> Vec<(usize, Verdi
 }
 
 /// The command for a pair with this verdict, and its settings.
-fn shown(kind: &Kind, plan: &TrialPlan, number: usize, verdict: &Verdict) -> String {
+fn shown(kind: &PairKind, plan: &TrialPlan, number: usize, verdict: &Verdict) -> String {
     let mut trial = PairTrial::new(kind, plan.seed, number);
     let command = "cargo test --release -p bristle --test agreement";
     let mut text = format!(

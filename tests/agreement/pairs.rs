@@ -212,7 +212,7 @@ impl Pair {
 pub const MAX_ERROR_RATIO: f64 = 300.0;
 
 /// The pairs of one kind.
-pub struct Kind {
+pub struct PairKind {
     pub name: &'static str,
     /// Number of pairs in the short run.
     pub count: usize,
@@ -223,104 +223,104 @@ pub struct Kind {
 }
 
 /// All kinds.
-pub const KINDS: &[Kind] = &[
-    Kind {
+pub const KINDS: &[PairKind] = &[
+    PairKind {
         name: "tolerances",
         count: 50,
         adapt: |_, _| (),
         pair: tolerances,
     },
-    Kind {
+    PairKind {
         name: "turns-and-tolerances",
         count: 10,
         adapt: several_turns,
         pair: tolerances,
     },
-    Kind {
+    PairKind {
         name: "poses",
         count: 20,
         adapt: posed,
         pair: tolerances,
     },
-    Kind {
+    PairKind {
         name: "edges",
         count: 20,
         adapt: over_an_edge,
         pair: tolerances,
     },
-    Kind {
+    PairKind {
         name: "starts",
         count: 60,
         adapt: rests,
         pair: starts,
     },
-    Kind {
+    PairKind {
         name: "turned",
         count: 60,
         adapt: on_a_plane,
         pair: turned,
     },
-    Kind {
+    PairKind {
         name: "mirrored",
         count: 10,
         adapt: in_space,
         pair: mirrored,
     },
-    Kind {
+    PairKind {
         name: "planar-and-in-space",
         count: 30,
         adapt: planar_and_fast,
         pair: planar_and_in_space,
     },
-    Kind {
+    PairKind {
         name: "same-shapes",
         count: 60,
         adapt: on_a_plane,
         pair: same_shapes,
     },
-    Kind {
+    PairKind {
         name: "shifted",
         count: 5,
         adapt: with_profile,
         pair: shifted,
     },
-    Kind {
+    PairKind {
         name: "longer",
         count: 3,
         adapt: several_turns,
         pair: longer,
     },
-    Kind {
+    PairKind {
         name: "at-rest",
         count: 20,
         adapt: settling,
         pair: at_rest,
     },
-    Kind {
+    PairKind {
         name: "brush-of-one",
         count: 20,
         adapt: |_, _| (),
         pair: brush_of_one,
     },
-    Kind {
+    PairKind {
         name: "brush-of-one-and-turns",
         count: 2,
         adapt: several_turns_of_brushes,
         pair: brush_of_one,
     },
-    Kind {
+    PairKind {
         name: "brush-far-apart",
         count: 3,
         adapt: far_apart,
         pair: brush_far_apart,
     },
-    Kind {
+    PairKind {
         name: "brush-tolerances",
         count: 8,
         adapt: few_filaments,
         pair: brush_tolerances,
     },
-    Kind {
+    PairKind {
         name: "brush-shortcuts",
         count: 4,
         adapt: two_groups,

@@ -11,7 +11,7 @@ use crate::pairs::Run;
 
 /// The result of a simulation.
 #[derive(Clone, Debug)]
-pub struct Outcome {
+pub struct SimulationOutcome {
     pub metrics: Metrics,
     /// The impulse of each turn in N s.
     pub turns: Vec<f64>,
@@ -22,7 +22,7 @@ pub struct Outcome {
 }
 
 /// A result, or the reason for its absence.
-pub type Result = std::result::Result<Outcome, String>;
+pub type Result = std::result::Result<SimulationOutcome, String>;
 
 /// The results of some simulations. Passes are simulated side by side.
 pub fn outcomes(runs: &[&Run]) -> Vec<Result> {
@@ -42,7 +42,7 @@ pub fn outcomes(runs: &[&Run]) -> Vec<Result> {
     simulate_side_by_side(take, |number, result| {
         let result = result
             .map_err(|error| error.to_string())
-            .map(|result| Outcome {
+            .map(|result| SimulationOutcome {
                 metrics: result.metrics,
                 turns: result.turn_contact_normal_impulses_n_s,
                 settled: 0.0,
@@ -78,7 +78,7 @@ fn single(run: &Run) -> Option<Result> {
                     if turns.is_empty() {
                         turns.push(result.tool.contact_normal_impulse_n_s);
                     }
-                    Ok(Outcome {
+                    Ok(SimulationOutcome {
                         metrics: result.tool,
                         turns,
                         settled: 0.0,
@@ -90,7 +90,7 @@ fn single(run: &Run) -> Option<Result> {
             })
         }
         Run::Settled(settings) => Some(settled(settings)),
-        Run::AtRest => Some(Ok(Outcome {
+        Run::AtRest => Some(Ok(SimulationOutcome {
             metrics: Metrics::default(),
             turns: Vec::new(),
             settled: 0.0,
@@ -136,7 +136,7 @@ fn settled(settings: &Settings) -> Result {
     let [from, to] = [free.len() * 4 / 5, free.len() - 2];
     let settled = (free[to].dissipated_energy_j - free[from].dissipated_energy_j)
         / free[to].potential_energy_j;
-    Ok(Outcome {
+    Ok(SimulationOutcome {
         metrics: Metrics::default(),
         turns: Vec::new(),
         settled,

@@ -69,11 +69,11 @@ pub fn edge(side: Side, offset_m: f64, edge_radius_m: f64) -> WorkpieceKind {
 /// The cases of a file of reference data.
 pub fn cases<T: DeserializeOwned>(name: &str) -> Vec<T> {
     #[derive(Deserialize)]
-    struct Cases<T> {
+    struct CaseList<T> {
         cases: Vec<T>,
     }
 
-    let Cases { cases } = serde_json::from_str(&data(name)).expect(name);
+    let CaseList { cases } = serde_json::from_str(&data(name)).expect(name);
     cases
 }
 

@@ -12,7 +12,7 @@ use crate::agreement::check_solve;
 use crate::common::{RandomState, filament as paper, largest, random_pairs, tolerance};
 
 /// A chain of any shape on a body that turns about any axis.
-struct State {
+struct DrawnChain {
     chain: Chain<f64>,
     clamp: Clamp<f64>,
     chart: PolarAxis,
@@ -25,7 +25,7 @@ fn random(rng: &mut Rng, size: f64) -> [f64; 3] {
     [(); 3].map(|()| size * (2.0 * rng.f64() - 1.0))
 }
 
-impl State {
+impl DrawnChain {
     /// Draws `segments` segments from `start` on, on a body with the angular velocity `turning`.
     fn new(rng: &mut Rng, segments: usize, start: [f64; 3], turning: [f64; 3]) -> Self {
         let mut chain = filament::chain(&paper(segments), random(rng, 20.0));
@@ -171,7 +171,7 @@ impl State {
 fn a_filament_that_turns_rigidly_with_the_body_dissipates_nothing() {
     let mut rng = Rng::with_seed(31);
     for number in 0..300 {
-        let state = State::drawn(number, &mut rng);
+        let state = DrawnChain::drawn(number, &mut rng);
         // Rates of 150 rad/s, near a pole some 350 rad/s, cancel to their roundings. The scale is
         // the dissipation of a filament at rest.
         let at_rest = vec![[0.0; 2]; state.q.len()];
@@ -196,7 +196,7 @@ fn a_filament_that_turns_rigidly_with_the_body_dissipates_nothing() {
 fn the_dissipation_is_that_of_the_formula() {
     let mut rng = Rng::with_seed(32);
     for number in 0..300 {
-        let state = State::drawn(number, &mut rng);
+        let state = DrawnChain::drawn(number, &mut rng);
         let v = random_pairs(&mut rng, state.q.len(), 200.0);
         let (expected, mut dynamics) = (state.dissipation(&v), state.dynamics(1.0));
         let at = state.clamp.holding(&state.q, &v);
@@ -214,7 +214,7 @@ fn the_dissipation_is_that_of_the_formula() {
 fn the_body_puts_in_what_the_dampers_take_and_do() {
     let mut rng = Rng::with_seed(33);
     for number in 0..300 {
-        let state = State::drawn(number, &mut rng);
+        let state = DrawnChain::drawn(number, &mut rng);
         let v = random_pairs(&mut rng, state.q.len(), 200.0);
         let [damped, undamped] = [1.0, 0.0].map(|damping| state.energies(damping, &v));
         // D is homogeneous in q̇ and Ω together: 2 D = q̇·∂D/∂q̇ + Ω·∂D/∂Ω.
@@ -247,7 +247,7 @@ fn factorised_step_matrix_on_a_turning_body_matches_differences() -> Result<(), 
         rates: 0.0,
     };
     for number in 0..30 {
-        let state = State::drawn(number, &mut rng);
+        let state = DrawnChain::drawn(number, &mut rng);
         let segments = state.q.len();
         let mut dynamics = state.dynamics(1.0);
         dynamics.check_poles(&state.q)?;

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::common::{case, filament, metrics, random_state, residual};
 use bristle::simulation::simulate;
-use bristle_equations::evaluation::{ChainState, evaluate};
+use bristle_equations::evaluation::{RoundToolState, evaluate};
 use fastrand::Rng;
 
 #[test]
@@ -44,7 +44,7 @@ fn contact_time_ratio_does_not_exceed_one() {
 #[test]
 fn folded_joints_and_poles_are_finite() {
     // The declared singular points: a joint folded back on itself, and the azimuth at a pole.
-    let state = ChainState {
+    let state = RoundToolState {
         base_angle: 0.0,
         base_rate: 0.0,
         base_acceleration: 0.0,

@@ -18,7 +18,7 @@ use bristle::simulation::{
 };
 use bristle::tool::FixedClamp;
 use bristle::workpiece::Plane;
-use bristle_equations::evaluation::{ChainState, EvaluationError, evaluate};
+use bristle_equations::evaluation::{EvaluationError, RoundToolState, evaluate};
 use fastrand::Rng;
 
 /// Coordinates, rates and accelerations.
@@ -420,7 +420,7 @@ fn history_of_a_pass_continues_across_chart_changes() {
 
 #[test]
 fn states_at_a_pole_are_refused_by_name() {
-    let mut state = ChainState {
+    let mut state = RoundToolState {
         base_angle: 0.0,
         base_rate: 0.0,
         base_acceleration: 0.0,

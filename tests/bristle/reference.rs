@@ -2,7 +2,7 @@
 //! regenerate the values.
 
 use bristle::model::settings::FilamentSettings;
-use bristle_equations::evaluation::{ChainState, Evaluation, evaluate};
+use bristle_equations::evaluation::{Evaluation, RoundToolState, evaluate};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
@@ -37,7 +37,7 @@ impl ReferenceState {
     }
 
     fn evaluate(&self) -> Evaluation {
-        let state = ChainState {
+        let state = RoundToolState {
             base_angle: self.base_angle,
             base_rate: self.base_rate,
             base_acceleration: self.base_acceleration,

@@ -33,7 +33,7 @@ fn simulated(settings: &Settings) -> Simulation {
     simulate(settings).expect("a pass")
 }
 
-/// What a wall does to a filament: its force in N, the normal part, and the moment about the tool's
+/// Action of a wall on a filament: its force in N, the normal part, and the moment about the tool's
 /// axis in N m.
 #[derive(Clone, Copy, Debug, Default)]
 struct Wall {

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use bristle_codegen::back::languages::rust::emit;
 use bristle_codegen::back::source::Origin;
-use bristle_codegen::ir::kernel::{Kernel, Shape};
+use bristle_codegen::ir::kernel::{Kernel, OutputShape};
 
 #[path = "src/catalogue.rs"]
 #[allow(dead_code, reason = "the tests use the rest")]
@@ -100,9 +100,9 @@ fn call(kernel: &Kernel) -> String {
     let appended = kernel.outputs.iter().map(|output| {
         let name = &output.name;
         match output.shape {
-            Shape::Scalar => format!("values.push(result.{name});\n"),
-            Shape::Vector(_) => format!("values.extend(result.{name});\n"),
-            Shape::Matrix(..) => format!("values.extend(result.{name}.as_flattened());\n"),
+            OutputShape::Scalar => format!("values.push(result.{name});\n"),
+            OutputShape::Vector(_) => format!("values.extend(result.{name});\n"),
+            OutputShape::Matrix(..) => format!("values.extend(result.{name}.as_flattened());\n"),
         }
     });
     format!(

@@ -147,7 +147,7 @@ impl Node {
 }
 
 /// One rewriting rule on an operation.
-pub struct Rule {
+pub struct RewriteRule {
     /// A short name, unique in the table.
     pub name: &'static str,
     /// Effect of the rule, as mathematics.
@@ -158,7 +158,7 @@ pub struct Rule {
     pub apply: fn(&mut Graph, Node) -> Option<NodeId>,
 }
 
-impl std::fmt::Debug for Rule {
+impl std::fmt::Debug for RewriteRule {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(formatter, "{}: {}", self.name, self.statement)
     }
@@ -180,7 +180,7 @@ pub struct Graph {
     symbols: Vec<Symbol>,
     by_name: BTreeMap<String, NodeId>,
     names: BTreeMap<NodeId, String>,
-    rules: &'static [Rule],
+    rules: &'static [RewriteRule],
 }
 
 impl Graph {
@@ -190,7 +190,7 @@ impl Graph {
     }
 
     /// An empty graph whose constructors apply `rules`, in this order.
-    pub(crate) fn with_rules(rules: &'static [Rule]) -> Self {
+    pub(crate) fn with_rules(rules: &'static [RewriteRule]) -> Self {
         Self {
             nodes: Vec::new(),
             interned: HashMap::new(),

@@ -15,7 +15,7 @@ pub struct Kernel {
     /// The graph that holds the expressions.
     pub graph: Graph,
     /// The arguments, in order.
-    pub inputs: Vec<Input>,
+    pub inputs: Vec<KernelInput>,
     /// The fields of the result, in order.
     pub outputs: Vec<Output>,
 }
@@ -56,7 +56,7 @@ pub fn computed_operands(node: Node) -> impl Iterator<Item = NodeId> {
 
 /// An argument of a [`Kernel`]: a scalar, or an array of scalars.
 #[derive(Clone, Debug)]
-pub struct Input {
+pub struct KernelInput {
     /// Name of the argument.
     pub name: String,
     /// Description with unit.
@@ -64,12 +64,12 @@ pub struct Input {
     /// Its elements: a local name and a node each. One element makes a scalar.
     pub elements: Vec<(String, NodeId)>,
     /// Its place in a structure, in languages whose arguments are structures.
-    pub place: Option<Place>,
+    pub place: Option<GroupPlace>,
 }
 
 /// A structure of inputs that belong together.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Group {
+pub struct InputGroup {
     /// Name of the type.
     pub name: &'static str,
     /// Description, for its documentation.
@@ -78,18 +78,18 @@ pub struct Group {
     pub fields: &'static [(&'static str, &'static str)],
 }
 
-/// The place of an [`Input`] in a [`Group`].
+/// The place of a [`KernelInput`] in an [`InputGroup`].
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct GroupPlace {
     /// The structure.
-    pub group: &'static Group,
+    pub group: &'static InputGroup,
     /// Name of the argument that is this structure.
     pub argument: String,
     /// Name of the field.
     pub field: &'static str,
 }
 
-impl Input {
+impl KernelInput {
     /// Creates an input from named elements, as an argument of its own.
     pub fn new(name: &str, doc: &str, elements: Vec<(String, NodeId)>) -> Self {
         Self {
@@ -101,9 +101,9 @@ impl Input {
     }
 
     /// Makes the input a field of `argument`.
-    pub fn in_group(self, group: &'static Group, argument: &str, field: &'static str) -> Self {
+    pub fn in_group(self, group: &'static InputGroup, argument: &str, field: &'static str) -> Self {
         Self {
-            place: Some(Place {
+            place: Some(GroupPlace {
                 group,
                 argument: argument.into(),
                 field,
@@ -129,7 +129,7 @@ impl Input {
 
 /// The shape of an [`Output`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
+pub enum OutputShape {
     /// One value.
     Scalar,
     /// This many values.
@@ -138,7 +138,7 @@ pub enum Shape {
     Matrix(usize, usize),
 }
 
-impl Shape {
+impl OutputShape {
     /// Numbers of rows and columns, as far as the shape has them.
     pub fn sizes(self) -> Vec<usize> {
         match self {
@@ -159,7 +159,7 @@ pub struct Output {
     /// Unit of its elements.
     pub unit: Unit,
     /// Its shape.
-    pub shape: Shape,
+    pub shape: OutputShape,
     /// Its elements, row by row.
     pub nodes: Vec<NodeId>,
 }
@@ -171,7 +171,7 @@ impl Output {
             name: name.into(),
             doc: doc.into(),
             unit,
-            shape: Shape::Scalar,
+            shape: OutputShape::Scalar,
             nodes: vec![node],
         }
     }
@@ -182,14 +182,14 @@ impl Output {
             name: name.into(),
             doc: doc.into(),
             unit,
-            shape: Shape::Vector(nodes.len()),
+            shape: OutputShape::Vector(nodes.len()),
             nodes,
         }
     }
 
     /// Creates an output of rows of values.
     pub fn matrix(name: &str, doc: &str, unit: Unit, rows: Vec<Vec<NodeId>>) -> Self {
-        let shape = Shape::Matrix(rows.len(), rows.first().map_or(0, Vec::len));
+        let shape = OutputShape::Matrix(rows.len(), rows.first().map_or(0, Vec::len));
         Self {
             name: name.into(),
             doc: doc.into(),

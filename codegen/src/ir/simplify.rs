@@ -5,7 +5,7 @@
 //! constructor.
 
 use crate::ir::constant::Constant;
-use crate::ir::graph::{Graph, MAX_EXPONENT, Node, NodeId, Rule};
+use crate::ir::graph::{Graph, MAX_EXPONENT, Node, NodeId, RewriteRule};
 
 impl Default for Graph {
     fn default() -> Self {
@@ -24,7 +24,7 @@ impl Graph {
 ///
 /// Each has a name, its effect and its domain. A rule makes the expression smaller or brings it
 /// closer to a canonical order, so that rewriting ends.
-pub const RULES: &[Rule] = &[
+pub const RULES: &[RewriteRule] = &[
     rule(
         "fold-constants",
         "operation on constants → its value",
@@ -110,8 +110,8 @@ const fn rule(
     statement: &'static str,
     domain: &'static str,
     apply: fn(&mut Graph, Node) -> Option<NodeId>,
-) -> Rule {
-    Rule {
+) -> RewriteRule {
+    RewriteRule {
         name,
         statement,
         domain,

@@ -1,9 +1,9 @@
 //! Arguments of the kernels that are structures: inputs that belong together.
 
 use crate::ir::graph::Graph;
-use crate::ir::kernel::{Group, Input};
+use crate::ir::kernel::{InputGroup, KernelInput};
 
-static SEGMENT_CONSTANTS: Group = Group {
+static SEGMENT_CONSTANTS: InputGroup = InputGroup {
     name: "SegmentConstants",
     doc: "The constants of a segment.",
     fields: &[
@@ -16,7 +16,7 @@ static SEGMENT_CONSTANTS: Group = Group {
     ],
 };
 
-static JOINT_CONSTANTS: Group = Group {
+static JOINT_CONSTANTS: InputGroup = InputGroup {
     name: "JointConstants",
     doc: "The constants of a joint.",
     fields: &[
@@ -25,14 +25,14 @@ static JOINT_CONSTANTS: Group = Group {
     ],
 };
 
-static STEP_WEIGHTS: Group = Group {
+static STEP_WEIGHTS: InputGroup = InputGroup {
     name: "StepWeights",
     doc: "How an implicit step moves coordinates and rates with the accelerations: `δq = w_q δq̈`, `δq̇ = w_v δq̈`.",
     fields: &[("coordinates", "`w_q` in s²."), ("rates", "`w_v` in s.")],
 };
 
 /// One side of a joint in space.
-pub(super) static SIDE: Group = Group {
+pub(super) static SIDE: InputGroup = InputGroup {
     name: "Side",
     doc: "One side of a joint.",
     fields: &[
@@ -48,7 +48,7 @@ pub(super) static SIDE: Group = Group {
 };
 
 /// The change of the azimuth at a joint.
-pub(super) static AZIMUTH_STEPS: Group = Group {
+pub(super) static AZIMUTH_STEPS: InputGroup = InputGroup {
     name: "AzimuthSteps",
     doc: "How the azimuth changes at a joint, `θ` of the previous segment less `θ'` of the next.",
     fields: &[
@@ -61,7 +61,7 @@ pub(super) static AZIMUTH_STEPS: Group = Group {
 };
 
 /// A coordinate with its rate.
-pub(super) static COORDINATE: Group = Group {
+pub(super) static COORDINATE: InputGroup = InputGroup {
     name: "Coordinate",
     doc: "An azimuth or the variation of a polar angle, with its rate.",
     fields: &[
@@ -75,15 +75,15 @@ fn field(
     graph: &Graph,
     name: &str,
     doc: &str,
-    group: &'static Group,
+    group: &'static InputGroup,
     argument: &str,
     field: &'static str,
-) -> Input {
-    Input::symbols(graph, name, doc, &[name]).in_group(group, argument, field)
+) -> KernelInput {
+    KernelInput::symbols(graph, name, doc, &[name]).in_group(group, argument, field)
 }
 
 /// The inputs `h`, `m` and `J`.
-pub(super) fn segment_constants(graph: &Graph) -> Vec<Input> {
+pub(super) fn segment_constants(graph: &Graph) -> Vec<KernelInput> {
     let field = |name, doc, place| field(graph, name, doc, &SEGMENT_CONSTANTS, "segment", place);
     vec![
         field("segment_length", "h in m", "length"),
@@ -93,7 +93,7 @@ pub(super) fn segment_constants(graph: &Graph) -> Vec<Input> {
 }
 
 /// The inputs `c` and `d`.
-pub(super) fn joint_constants(graph: &Graph) -> Vec<Input> {
+pub(super) fn joint_constants(graph: &Graph) -> Vec<KernelInput> {
     let field = |name, doc, place| field(graph, name, doc, &JOINT_CONSTANTS, "joint", place);
     vec![
         field("joint_stiffness", "c in N m", "stiffness"),
@@ -102,7 +102,7 @@ pub(super) fn joint_constants(graph: &Graph) -> Vec<Input> {
 }
 
 /// The inputs `w_q` and `w_v`.
-pub(super) fn weights(graph: &Graph) -> Vec<Input> {
+pub(super) fn weights(graph: &Graph) -> Vec<KernelInput> {
     let field = |name, doc, place| field(graph, name, doc, &STEP_WEIGHTS, "weights", place);
     vec![
         field("coordinate_weight", "w_q in s²: δq = w_q δq̈", "coordinates"),

@@ -205,7 +205,7 @@ impl Hinge {
 
 /// Known properties of a relaxed filament, which save constants in its equations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Shape {
+pub struct RelaxedShape {
     /// `true` if every relaxed angle is zero.
     pub is_straight: bool,
     /// `true` if the filament is a cylinder: all segments have the same mass and inertia, and all
@@ -214,7 +214,8 @@ pub struct Shape {
     pub is_cylinder: bool,
 }
 
-/// The constants of a chain, as symbols; those that the [`Shape`] determines are other expressions.
+/// The constants of a chain, as symbols. Those that the [`RelaxedShape`] determines are other
+/// expressions.
 #[derive(Clone, Debug)]
 pub struct Parameters {
     /// Constants of each segment, from the clamp outwards.
@@ -227,7 +228,7 @@ pub struct Parameters {
 
 impl Parameters {
     /// The constants of a chain of `segments` segments in `graph`.
-    pub fn new(graph: &mut Graph, segments: usize, shape: Shape) -> Self {
+    pub fn new(graph: &mut Graph, segments: usize, shape: RelaxedShape) -> Self {
         let label = |k: usize| {
             if shape.is_cylinder {
                 String::new()
@@ -248,11 +249,11 @@ impl Parameters {
                             .map(|constant| graph.mul(two, constant));
                     }
                     hinge.relaxed_angle = match shape {
-                        Shape {
+                        RelaxedShape {
                             is_straight: true, ..
                         } => graph.integer(0),
                         // Each joint of a wavy cylinder has a relaxed angle of its own, too.
-                        Shape {
+                        RelaxedShape {
                             is_cylinder: true, ..
                         } => Hinge::new(graph, &k.to_string()).relaxed_angle,
                         _ => hinge.relaxed_angle,
@@ -287,7 +288,7 @@ pub fn gravity(graph: &mut Graph) -> Vec3 {
 
 /// The prescribed motion of the clamp, as symbols.
 #[derive(Clone, Copy, Debug)]
-pub struct Clamp {
+pub struct ClampSymbols {
     /// Position of the root, `r_0` in m.
     pub position: Vec3,
     /// Velocity of the root, `ṙ_0` in m/s.
@@ -302,7 +303,7 @@ pub struct Clamp {
     pub angular_velocity: Vec3,
 }
 
-impl Clamp {
+impl ClampSymbols {
     /// The symbols in `graph`.
     pub fn new(graph: &mut Graph) -> Self {
         Self {

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use crate::ir::graph::{Graph, NodeId};
-use crate::ir::kernel::{Input, Kernel, Output, output_nodes, set_output_nodes};
+use crate::ir::kernel::{Kernel, KernelInput, Output, output_nodes, set_output_nodes};
 use crate::ir::unit::Unit;
 use crate::model::arguments::{AZIMUTH_STEPS, SIDE, joint_constants, weights};
 use crate::model::chain::{
@@ -38,7 +38,7 @@ impl Derivation {
         name: &str,
         summary: &str,
         style: Option<Style<'_>>,
-        inputs: impl FnOnce(&mut Graph) -> Vec<Input>,
+        inputs: impl FnOnce(&mut Graph) -> Vec<KernelInput>,
     ) -> Result<Kernel, String> {
         let Self {
             mut graph,
@@ -68,7 +68,7 @@ impl Derivation {
         name: &str,
         summary: &str,
         style: Option<Style<'_>>,
-        inputs: impl FnOnce(&mut Graph) -> Vec<Input>,
+        inputs: impl FnOnce(&mut Graph) -> Vec<KernelInput>,
     ) -> Result<Kernel, String> {
         let place = match motion {
             Motion::Spatial => "",
@@ -93,21 +93,26 @@ pub(super) fn labelled(name: &str, label: &str) -> String {
 }
 
 /// Sines and cosines of a segment's angles.
-pub(super) fn trigonometry(graph: &mut Graph, motion: Motion, name: &str, label: &str) -> Input {
+pub(super) fn trigonometry(
+    graph: &mut Graph,
+    motion: Motion,
+    name: &str,
+    label: &str,
+) -> KernelInput {
     let Segment { phi, theta, .. } = Segment::new(graph, label);
     let mut of = |angle: &str, node: NodeId| sine_and_cosine(graph, &labelled(angle, label), node);
     match motion {
-        Motion::Spatial => Input::new(
+        Motion::Spatial => KernelInput::new(
             name,
             "sin φ, cos φ, sin θ, cos θ",
             [of("phi", phi), of("theta", theta)].concat(),
         ),
-        Motion::Planar => Input::new(name, "sin θ, cos θ", of("theta", theta)),
+        Motion::Planar => KernelInput::new(name, "sin θ, cos θ", of("theta", theta)),
     }
 }
 
 /// The angles of the segment on a side of a joint in space; the side has the name of the segment.
-pub(super) fn side(graph: &mut Graph, name: &str) -> Input {
+pub(super) fn side(graph: &mut Graph, name: &str) -> KernelInput {
     trigonometry(graph, Motion::Spatial, name, name).in_group(&SIDE, name, "angles")
 }
 
@@ -124,24 +129,24 @@ pub(super) fn sine_and_cosine(
 }
 
 /// The rates of a segment: in space as one argument, `name`; in the plane `θ̇` under its own name.
-pub(super) fn rates(graph: &Graph, motion: Motion, name: &str, label: &str) -> Input {
+pub(super) fn rates(graph: &Graph, motion: Motion, name: &str, label: &str) -> KernelInput {
     let theta_rate = labelled("theta_rate", label);
     match motion {
-        Motion::Spatial => Input::symbols(
+        Motion::Spatial => KernelInput::symbols(
             graph,
             name,
             "φ̇, θ̇ in rad/s",
             &[&labelled("phi_rate", label), &theta_rate],
         ),
-        Motion::Planar => Input::symbols(graph, &theta_rate, "θ̇ in rad/s", &[&theta_rate]),
+        Motion::Planar => KernelInput::symbols(graph, &theta_rate, "θ̇ in rad/s", &[&theta_rate]),
     }
 }
 
 /// The rates of a segment as seen from the body, like [`rates`]. In space they belong to a side of
 /// the joint.
-pub(super) fn rates_in_body(graph: &Graph, motion: Motion, name: &str, label: &str) -> Input {
+pub(super) fn rates_in_body(graph: &Graph, motion: Motion, name: &str, label: &str) -> KernelInput {
     let rates = rates(graph, motion, name, label);
-    let rates = Input {
+    let rates = KernelInput {
         doc: format!("{}, {IN_BODY}", rates.doc),
         ..rates
     };
@@ -163,12 +168,12 @@ pub(super) fn step_weights(graph: &mut Graph) -> (NodeId, NodeId) {
     )
 }
 
-pub(super) fn vector_input(graph: &Graph, motion: Motion, name: &str, doc: &str) -> Input {
+pub(super) fn vector_input(graph: &Graph, motion: Motion, name: &str, doc: &str) -> KernelInput {
     let names: Vec<String> = ["x", "y", "z"][..motion.axes()]
         .iter()
         .map(|axis| format!("{name}_{axis}"))
         .collect();
-    Input::symbols(
+    KernelInput::symbols(
         graph,
         name,
         doc,
@@ -496,7 +501,7 @@ pub(super) fn tangent_kernel(
     summary: &str,
     (graph, rows): Tangent,
     blocks: &[(&str, &str)],
-    inputs: impl FnOnce(&mut Graph) -> Vec<Input>,
+    inputs: impl FnOnce(&mut Graph) -> Vec<KernelInput>,
 ) -> Result<Kernel, String> {
     let sides = blocks.len().isqrt();
     let size = rows.len() / sides;
@@ -535,13 +540,13 @@ pub(super) const BLOCKS: [(&str, &str); 4] = [
 
 /// The azimuth of the next segment relative to the previous one, by sine and cosine: as it is, and
 /// less the relaxed angle.
-pub(super) fn azimuth_steps(graph: &mut Graph) -> [Input; 2] {
+pub(super) fn azimuth_steps(graph: &mut Graph) -> [KernelInput; 2] {
     let (previous, next) = (Segment::new(graph, "previous"), Segment::new(graph, "next"));
     let relaxed_angle = Hinge::new(graph, "").relaxed_angle;
     let unbent = graph.sub(next.theta, relaxed_angle);
     let mut step = |name: &str, doc: &str, field, next: NodeId| {
         let step = graph.sub(previous.theta, next);
-        Input::new(name, doc, sine_and_cosine(graph, name, step)).in_group(
+        KernelInput::new(name, doc, sine_and_cosine(graph, name, step)).in_group(
             &AZIMUTH_STEPS,
             "steps",
             field,
@@ -565,7 +570,7 @@ pub(super) fn azimuth_steps(graph: &mut Graph) -> [Input; 2] {
 
 /// Sine and cosine of the azimuth of the segment `label` less the relaxed angle of the joint at its
 /// inner end.
-pub(super) fn unbent_azimuth(graph: &mut Graph, label: &str) -> Input {
+pub(super) fn unbent_azimuth(graph: &mut Graph, label: &str) -> KernelInput {
     let (segment, relaxed_angle) = (
         Segment::new(graph, label),
         Hinge::new(graph, "").relaxed_angle,
@@ -573,14 +578,14 @@ pub(super) fn unbent_azimuth(graph: &mut Graph, label: &str) -> Input {
     let azimuth = graph.sub(segment.theta, relaxed_angle);
     let name = format!("unbent_{label}");
     let elements = sine_and_cosine(graph, &name, azimuth);
-    Input::new(
+    KernelInput::new(
         &name,
         "sin(θ − κ), cos(θ − κ), with the relaxed angle κ",
         elements,
     )
 }
 
-pub(super) fn clamp_inputs(graph: &mut Graph, motion: Motion) -> Vec<Input> {
+pub(super) fn clamp_inputs(graph: &mut Graph, motion: Motion) -> Vec<KernelInput> {
     let next = match motion {
         Motion::Spatial => side(graph, "next"),
         Motion::Planar => trigonometry(graph, motion, "next", "next"),

@@ -24,7 +24,7 @@
 use std::collections::BTreeMap;
 
 use crate::ir::graph::{Graph, NodeId};
-use crate::ir::kernel::{Input, Kernel, Output};
+use crate::ir::kernel::{Kernel, KernelInput, Output};
 use crate::ir::unit::Unit;
 use crate::model::arguments::{COORDINATE, SIDE, joint_constants, segment_constants, weights};
 use crate::model::chain::{
@@ -225,9 +225,9 @@ fn segment_tangent(motion: Motion) -> Result<Kernel, String> {
                 match motion {
                     Motion::Spatial => {
                         let names = ["phi_acceleration", "theta_acceleration"];
-                        Input::symbols(graph, "accelerations", "φ̈, θ̈ in rad/s²", &names)
+                        KernelInput::symbols(graph, "accelerations", "φ̈, θ̈ in rad/s²", &names)
                     }
-                    Motion::Planar => Input::symbols(
+                    Motion::Planar => KernelInput::symbols(
                         graph,
                         "theta_acceleration",
                         "θ̈ in rad/s²",
@@ -271,31 +271,28 @@ fn segment_energy(motion: Motion) -> Result<Kernel, String> {
 
 /// Inputs of a joint between two segments. Only the difference of the azimuths enters, because the
 /// energies do not change when both sides turn about `z`.
-fn joint_inputs(graph: &mut Graph, motion: Motion) -> Vec<Input> {
+fn joint_inputs(graph: &mut Graph, motion: Motion) -> Vec<KernelInput> {
     let angles = match motion {
         Motion::Spatial => {
             let [previous, next] = ["previous", "next"].map(|name| {
                 let polar = Segment::new(graph, name).phi;
                 let angles = sine_and_cosine(graph, &format!("phi_{name}"), polar);
-                Input::new(name, "sin φ, cos φ", angles).in_group(&SIDE, name, "angles")
+                KernelInput::new(name, "sin φ, cos φ", angles).in_group(&SIDE, name, "angles")
             });
             let [plain, unbent] = azimuth_steps(graph);
             vec![previous, next, plain, unbent]
         }
         Motion::Planar => vec![
-            Input::symbols(graph, "theta_previous", "θ in rad", &["theta_previous"]).in_group(
-                &COORDINATE,
-                "previous",
-                "value",
-            ),
-            Input::symbols(
+            KernelInput::symbols(graph, "theta_previous", "θ in rad", &["theta_previous"])
+                .in_group(&COORDINATE, "previous", "value"),
+            KernelInput::symbols(
                 graph,
                 "theta_next",
                 "θ' in rad, less than π from θ + κ",
                 &["theta_next"],
             )
             .in_group(&COORDINATE, "next", "value"),
-            Input::symbols(graph, "relaxed_angle", "κ in rad", &["relaxed_angle"]),
+            KernelInput::symbols(graph, "relaxed_angle", "κ in rad", &["relaxed_angle"]),
         ],
     };
     let rates = ["previous", "next"].map(|label| match motion {
@@ -313,7 +310,7 @@ fn torques_kernel(
     summary: &str,
     mut joint: Joint,
     sides: &[(&str, &str)],
-    inputs: impl FnOnce(&mut Graph) -> Vec<Input>,
+    inputs: impl FnOnce(&mut Graph) -> Vec<KernelInput>,
 ) -> Result<Kernel, String> {
     let what = match joint.motion {
         Motion::Spatial => "torques on `(φ, θ)`",

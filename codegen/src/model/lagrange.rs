@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::ir::graph::{Graph, NodeId};
 use crate::ir::unit::Unit;
-use crate::model::chain::{self, Clamp, Motion, Parameters, Segment, Shape, Vec3};
+use crate::model::chain::{self, ClampSymbols, Motion, Parameters, RelaxedShape, Segment, Vec3};
 use crate::passes::calculus::{directional_derivative, gradient, jacobian};
 
 /// The terms of a chain of `n` segments, stated in space, from which Lagrange's equations follow.
@@ -18,7 +18,7 @@ pub struct ChainTerms {
     /// The constants.
     pub parameters: Parameters,
     /// The motion of the clamp.
-    pub clamp: Clamp,
+    pub clamp: ClampSymbols,
     /// The coordinates and rates of each segment.
     pub segments: Vec<Segment>,
     /// The root `r_0` and the outer ends `r_1, …, r_n` in m.
@@ -40,11 +40,11 @@ pub struct ChainTerms {
 }
 
 impl ChainTerms {
-    fn new(segments: usize, shape: Shape) -> Self {
+    fn new(segments: usize, shape: RelaxedShape) -> Self {
         let mut graph = Graph::new();
         let g = &mut graph;
         let parameters = Parameters::new(g, segments, shape);
-        let clamp = Clamp::new(g);
+        let clamp = ClampSymbols::new(g);
         let segments: Vec<Segment> = (1..=segments)
             .map(|k| Segment::new(g, &k.to_string()))
             .collect();
@@ -127,13 +127,13 @@ pub struct WholeEquations {
     /// Motion of the chain.
     pub motion: Motion,
     /// Known properties of its shape.
-    pub shape: Shape,
+    pub shape: RelaxedShape,
     /// The graph that holds the expressions.
     pub graph: Graph,
     /// The constants.
     pub parameters: Parameters,
     /// The motion of the clamp.
-    pub clamp: Clamp,
+    pub clamp: ClampSymbols,
     /// The coordinates and rates of each segment.
     pub segments: Vec<Segment>,
     /// `M`, N × N, in kg m² (rows and columns are angles).
@@ -163,14 +163,14 @@ pub struct WholeEquations {
 /// # Panics
 /// If `segments` is zero.
 pub fn whole_equations(segments: usize, motion: Motion) -> WholeEquations {
-    whole_equations_of(segments, motion, Shape::default())
+    whole_equations_of(segments, motion, RelaxedShape::default())
 }
 
 /// Derives the whole equations of one shape.
 ///
 /// # Panics
 /// If `segments` is zero.
-pub fn whole_equations_of(segments: usize, motion: Motion, shape: Shape) -> WholeEquations {
+pub fn whole_equations_of(segments: usize, motion: Motion, shape: RelaxedShape) -> WholeEquations {
     whole_equations_with(segments, motion, shape, |_| ())
 }
 
@@ -183,7 +183,7 @@ pub fn whole_equations_of(segments: usize, motion: Motion, shape: Shape) -> Whol
 pub fn whole_equations_with(
     segments: usize,
     motion: Motion,
-    shape: Shape,
+    shape: RelaxedShape,
     state: impl FnOnce(&mut ChainTerms),
 ) -> WholeEquations {
     assert!(segments > 0, "a chain has at least one segment");
@@ -262,7 +262,7 @@ pub fn whole_equations_with(
 fn free_motion(
     coordinates: &[NodeId],
     rates: &[NodeId],
-    clamp: &Clamp,
+    clamp: &ClampSymbols,
 ) -> BTreeMap<NodeId, NodeId> {
     let mut motion: BTreeMap<NodeId, NodeId> = coordinates
         .iter()
@@ -338,14 +338,14 @@ mod tests {
     fn shapes_have_the_equations_of_any_filament_at_their_constants() {
         // The sums have some tens of terms of order one.
         const TOLERANCE: f64 = 1e-12;
-        let cylinder = Shape {
+        let cylinder = RelaxedShape {
             is_straight: false,
             is_cylinder: true,
         };
         for (shape, motion) in [
             (cylinder, Motion::Spatial),
             (
-                Shape {
+                RelaxedShape {
                     is_straight: true,
                     ..cylinder
                 },
@@ -399,7 +399,7 @@ mod tests {
         // The sums have some tens of terms of order one.
         const TOLERANCE: f64 = 1e-12;
         for motion in [Motion::Spatial, Motion::Planar] {
-            let mut whole = whole_equations_with(3, motion, Shape::default(), |chain| {
+            let mut whole = whole_equations_with(3, motion, RelaxedShape::default(), |chain| {
                 let weight = chain.constant("tip_weight", "W", Unit::NEWTON);
                 let energy = chain.graph.mul(weight, chain.positions[3][1]);
                 chain.other.push(energy);

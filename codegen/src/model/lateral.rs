@@ -18,7 +18,7 @@
 use std::collections::BTreeMap;
 
 use crate::ir::graph::{Graph, NodeId};
-use crate::ir::kernel::{Input, Kernel, Output};
+use crate::ir::kernel::{Kernel, KernelInput, Output};
 use crate::ir::unit::Unit;
 use crate::model::arguments::{COORDINATE, joint_constants, segment_constants, weights};
 use crate::model::chain::{ANGULAR_RATE, INERTIA, Motion, Segment, VELOCITY, in_plane};
@@ -78,15 +78,19 @@ impl Variation {
         ])
     }
 
-    fn inputs(graph: &Graph, label: &str) -> Vec<Input> {
+    fn inputs(graph: &Graph, label: &str) -> Vec<KernelInput> {
         let [polar, rate] = Self::names(label);
         let argument = match label {
             "" => "variation".into(),
             _ => format!("{label}_variation"),
         };
         vec![
-            Input::symbols(graph, &polar, "η", &[&polar]).in_group(&COORDINATE, &argument, "value"),
-            Input::symbols(graph, &rate, "η̇ in 1/s", &[&rate]).in_group(
+            KernelInput::symbols(graph, &polar, "η", &[&polar]).in_group(
+                &COORDINATE,
+                &argument,
+                "value",
+            ),
+            KernelInput::symbols(graph, &rate, "η̇ in 1/s", &[&rate]).in_group(
                 &COORDINATE,
                 &argument,
                 "rate",
@@ -169,7 +173,7 @@ impl LateralSegment {
         }
     }
 
-    fn inputs(graph: &mut Graph) -> Vec<Input> {
+    fn inputs(graph: &mut Graph) -> Vec<KernelInput> {
         vec![
             trigonometry(graph, Motion::Planar, "angles", ""),
             rates(graph, Motion::Planar, "", ""),
@@ -353,7 +357,7 @@ fn at_clamp() -> LateralJoint<1> {
 }
 
 /// Inputs of a joint from the planar motion.
-fn planar_joint_inputs(graph: &mut Graph) -> Vec<Input> {
+fn planar_joint_inputs(graph: &mut Graph) -> Vec<KernelInput> {
     let rates = ["previous", "next"].map(|label| rates_in_body(graph, Motion::Planar, "", label));
     [azimuth_steps(graph), rates].concat()
 }

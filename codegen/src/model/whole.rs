@@ -1,9 +1,9 @@
 //! The whole equations of a chain as named kernels, ready to be printed, emitted or exchanged.
 
 use crate::ir::graph::{Graph, NodeId};
-use crate::ir::kernel::{Input, Kernel, Output, output_nodes, set_output_nodes};
+use crate::ir::kernel::{Kernel, KernelInput, Output, output_nodes, set_output_nodes};
 use crate::ir::unit::Unit;
-use crate::model::chain::{Body, Hinge, INERTIA, Motion, STIFFNESS, Shape, Vec3};
+use crate::model::chain::{Body, Hinge, INERTIA, Motion, RelaxedShape, STIFFNESS, Vec3};
 use crate::model::lagrange::{WholeEquations, whole_equations_of};
 use crate::passes::dimension;
 use crate::passes::normal_form::{Style, normalise};
@@ -14,7 +14,7 @@ pub enum Purpose {
     /// Sums of products, collected by the constants of the model.
     Reading,
     /// Sums of products for filaments of one shape, without the constants that it determines.
-    ReadingOf(Shape),
+    ReadingOf(RelaxedShape),
     /// The shared structure of the derivation: O(n²) operations for `M`, O(n) for `f` and the
     /// energies.
     Computing,
@@ -40,7 +40,7 @@ pub fn whole_kernels(
 ) -> Result<Vec<Kernel>, String> {
     let shape = match purpose {
         Purpose::ReadingOf(shape) => shape,
-        Purpose::Reading | Purpose::Computing => Shape::default(),
+        Purpose::Reading | Purpose::Computing => RelaxedShape::default(),
     };
     whole_equations_of(segments, motion, shape).kernels(purpose)
 }
@@ -164,12 +164,12 @@ impl WholeEquations {
     }
 
     /// The arguments of the whole equations, the same for each function, as symbols of `graph`.
-    pub fn inputs(&self, graph: &Graph) -> Vec<Input> {
+    pub fn inputs(&self, graph: &Graph) -> Vec<KernelInput> {
         let group = |name: &str, doc: &str, symbols: Vec<NodeId>| {
             let names = symbols
                 .into_iter()
                 .filter_map(|symbol| self.graph.symbol_name(symbol));
-            Input::symbols(graph, name, doc, &names.collect::<Vec<_>>())
+            KernelInput::symbols(graph, name, doc, &names.collect::<Vec<_>>())
         };
         let Self {
             motion,
@@ -184,7 +184,7 @@ impl WholeEquations {
         // joint.
         let constants = |name: &str, letter: char, unit: &str, symbols: Vec<NodeId>| {
             if self.shape.is_cylinder {
-                Input::symbols(graph, name, &format!("{letter} in {unit}"), &[name])
+                KernelInput::symbols(graph, name, &format!("{letter} in {unit}"), &[name])
             } else {
                 group(name, &format!("{letter}1, {letter}2, … in {unit}"), symbols)
             }
@@ -237,7 +237,7 @@ impl WholeEquations {
             group("relaxed_angle", "κ1, κ2, … in rad", angles.collect())
         });
         let own = self.constants.iter();
-        let own = own.map(|(name, doc)| Input::symbols(graph, name, doc, &[name]));
+        let own = own.map(|(name, doc)| KernelInput::symbols(graph, name, doc, &[name]));
         inputs.into_iter().chain(relaxed).chain(own).collect()
     }
 }

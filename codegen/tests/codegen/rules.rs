@@ -5,7 +5,7 @@ use bristle_codegen::back::languages::rust::emit;
 use bristle_codegen::back::source::Origin;
 use bristle_codegen::ir::constant::Constant;
 use bristle_codegen::ir::graph::{Graph, Node, NodeId};
-use bristle_codegen::ir::kernel::{Group, Input, Kernel, Output, Shape};
+use bristle_codegen::ir::kernel::{InputGroup, Kernel, KernelInput, Output, OutputShape};
 use bristle_codegen::ir::simplify::RULES;
 use bristle_codegen::ir::unit::Unit;
 use bristle_codegen::model::chain::Motion;
@@ -203,13 +203,13 @@ fn readable_form_has_the_values_of_the_compact_one() {
     }
 }
 
-fn kernel(graph: Graph, inputs: Vec<Input>, node: NodeId) -> Kernel {
+fn kernel(graph: Graph, inputs: Vec<KernelInput>, node: NodeId) -> Kernel {
     let (name, doc, nodes) = ("value".into(), "the value".into(), vec![node]);
     let output = Output {
         name,
         doc,
         unit: Unit::ONE,
-        shape: Shape::Scalar,
+        shape: OutputShape::Scalar,
         nodes,
     };
     Kernel {
@@ -251,7 +251,7 @@ fn multiples_of_a_sum_are_computed_once() {
 
 /// A kernel with these symbols as inputs.
 fn kernel_of(graph: Graph, names: &[&str], node: NodeId) -> Kernel {
-    let input = |name: &&str| Input::symbols(&graph, name, "", &[name]);
+    let input = |name: &&str| KernelInput::symbols(&graph, name, "", &[name]);
     let inputs = names.iter().map(input).collect();
     kernel(graph, inputs, node)
 }
@@ -298,7 +298,7 @@ fn emission_keeps_precedence_and_constants() {
 }
 
 /// Two values that belong together.
-static PAIR: Group = Group {
+static PAIR: InputGroup = InputGroup {
     name: "Pair",
     doc: "Two values.",
     fields: &[("first", "The first."), ("second", "The second.")],
@@ -350,7 +350,7 @@ fn names_that_mean_something_else_are_refused() {
     let [a, b] = ["a", "b"].map(|name| graph.symbol(name, name, Unit::ONE));
     let sum = graph.add(a, b);
     let input =
-        |name: &str, element: &str, node| Input::new(name, "", vec![(element.into(), node)]);
+        |name: &str, element: &str, node| KernelInput::new(name, "", vec![(element.into(), node)]);
     let crossed = kernel(graph, vec![input("b", "a", a), input("a", "b", b)], sum);
     for (kernels, message) in [
         (vec![other("a b")], "the element `a b` is no identifier"),

@@ -37,7 +37,7 @@ pub enum CliError {
     Input(#[from] InputError),
     #[error(transparent)]
     Data(#[from] DataError),
-    /// What is wrong in a file, or with what it states.
+    /// An error in a file, or in the settings that it states.
     #[error("{}: {error}", shown_path(path))]
     In {
         path: PathBuf,
@@ -121,7 +121,7 @@ pub enum CliError {
     Exists(PathBuf),
     #[error("without a terminal to ask at, state {0}")]
     Unanswered(String),
-    /// An option that this input file has no use for.
+    /// An option that does not apply to this input file.
     #[error("{option} is for {remedy}")]
     Option {
         option: &'static str,
@@ -144,7 +144,7 @@ impl From<BrushError> for CliError {
 }
 
 impl CliError {
-    /// What is wrong in the file at `path`, or with what it states.
+    /// Creates an error in the file at `path`, or in the settings that it states.
     pub fn of(path: &Path, error: impl Into<Box<dyn Error>>) -> Self {
         Self::In {
             path: path.to_owned(),
@@ -152,7 +152,7 @@ impl CliError {
         }
     }
 
-    /// The message for the user.
+    /// Returns the message for the user.
     pub fn message(&self) -> String {
         match self {
             Self::Call(_) => self.to_string().trim_end().to_owned(),
@@ -160,8 +160,8 @@ impl CliError {
         }
     }
 
-    /// The error that ended the evaluation of a brush. Its settings are to blame if there is no
-    /// steady stretch of columns.
+    /// Creates the error that ended the evaluation of a brush. Without a steady stretch of columns
+    /// the settings are wrong.
     pub fn after(path: &Path, error: BrushError) -> Self {
         match error {
             BrushError::TooFewColumns { .. } => Self::of(path, error),
@@ -169,7 +169,7 @@ impl CliError {
         }
     }
 
-    /// The exit status of a command that ends with it.
+    /// Returns the exit status of a command that ends with this error.
     pub fn status(&self) -> ExitCode {
         match self {
             Self::Simulation(_)

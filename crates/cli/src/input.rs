@@ -1,4 +1,4 @@
-//! The input file of a command, and warnings of what is unusual in it.
+//! The input file of a command, and warnings of unusual settings.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use clap::Args;
 use crate::error::CliError;
 use crate::terminal::say;
 
-/// What a file that was read from stdin is called.
+/// Name of a file that was read from stdin.
 const STDIN: &str = "stdin";
 
 /// The input file of a command.
@@ -56,7 +56,7 @@ impl InputArgs {
         })
     }
 
-    /// The name of the file without its directory, for titles.
+    /// Returns the name of the file without its directory, for titles.
     pub fn short_name(&self) -> Cow<'_, str> {
         if self.is_stdin() {
             return Cow::Borrowed(STDIN);
@@ -71,10 +71,9 @@ impl InputArgs {
         self.file == Path::new("-")
     }
 
-    /// Warns of what is unusual.
+    /// Warns of unusual settings.
     ///
-    /// # Errors
-    /// If it is to be refused.
+    /// # Errors If unusual settings are to be refused.
     pub fn warn_of(&self, unusual: &[Unusual]) -> Result<(), CliError> {
         if self.strict && !unusual.is_empty() {
             let warnings = warnings(unusual).join("\n");
@@ -101,12 +100,12 @@ impl InputArgs {
 }
 
 impl InputText<'_> {
-    /// The text itself.
+    /// Returns the text.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// What the text states.
+    /// Parses the text.
     pub fn document(&self) -> Result<Document<'_>, CliError> {
         Ok(read_document(
             &self.arguments.file,
@@ -116,7 +115,7 @@ impl InputText<'_> {
         )?)
     }
 
-    /// The same, with each filament `alone` or with those that touch each other.
+    /// Parses the text, with each filament `alone` or with those that touch each other.
     pub fn document_alone_if(&self, alone: bool) -> Result<Document<'_>, CliError> {
         let document = self.document()?;
         if !alone {

@@ -6,7 +6,9 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 use std::{fs, iter, thread};
 
-use bristle_app::insight::measured::{Comparison, compare, comparison_table, write_comparison};
+use bristle_app::insight::measured::{
+    ForceComparison, compare, comparison_table, write_comparison,
+};
 use bristle_app::report::drawing::format::{Format, parse_font, parse_font_size, parse_width};
 use bristle_app::report::figures::{
     Picture, Pictures, brush_figures, is_of_brush, is_of_contact, is_of_study, main_figures,
@@ -14,7 +16,7 @@ use bristle_app::report::figures::{
 };
 use bristle_app::store::staged::{FileError, StagedFile, occupy, prepare_directory, read_table};
 use bristle_app::store::study_files::{COMPARISON, MEASURED};
-use bristle_study::input::measured::{Format as TableFormat, Measurement, read_measured};
+use bristle_study::input::measured::{Measurement, TableFormat, read_measured};
 use parking_lot::Mutex;
 
 use bristle_app::store::results::SavedStudy;
@@ -175,7 +177,7 @@ pub fn draw_study(
     study: &Study,
     results: &[CaseResult],
     measured: &[Measurement],
-    comparisons: &[Comparison],
+    comparisons: &[ForceComparison],
     threads: Option<NonZeroUsize>,
     figures: &Figures,
 ) -> Result<String, FileError> {
@@ -367,7 +369,7 @@ fn remove_others(
 }
 
 /// Tells the user which figures were drawn, and shows how measured and simulated forces compare.
-pub fn say_drawn(message: &str, comparisons: &[Comparison]) -> io::Result<()> {
+pub fn say_drawn(message: &str, comparisons: &[ForceComparison]) -> io::Result<()> {
     say(message);
     if comparisons.is_empty() {
         Ok(())

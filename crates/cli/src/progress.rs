@@ -13,7 +13,7 @@ use bristle::model::metrics::Metrics;
 use bristle::model::settings::Settings;
 use bristle_app::insight::findings::Finding;
 use bristle_app::report::tables::check_table;
-use bristle_app::run::{Observer, StudyRun};
+use bristle_app::run::{ProgressObserver, StudyRun};
 use bristle_app::store::method::{method_of_case, method_of_study};
 use bristle_study::grid::check::largest_change;
 use bristle_study::grid::{Study, work};
@@ -78,7 +78,7 @@ pub struct Progress {
 
 enum Output {
     Bar(ProgressBar),
-    Lines(Lines),
+    Lines(ProgressLines),
     Json,
 }
 
@@ -121,7 +121,7 @@ impl Progress {
             let bar =
                 bar(total as u64, "{bar:30} {pos}/{len} cases{msg}").with_position(resumed as u64);
             if bar.is_hidden() {
-                Output::Lines(Lines::begin())
+                Output::Lines(ProgressLines::begin())
             } else {
                 terminal::keep_below(&bar);
                 Output::Bar(bar)
@@ -217,7 +217,7 @@ impl Progress {
     }
 }
 
-impl Observer for Progress {
+impl ProgressObserver for Progress {
     fn case_done(&self, case: usize, failed: bool) {
         let now = Instant::now();
         let mut state = self.state();
@@ -305,14 +305,14 @@ fn in_time(seconds: f64) -> String {
 
 /// Lines of progress on stderr, from a separate thread: the work may report nothing for a long
 /// time.
-struct Lines {
+struct ProgressLines {
     /// Finished work, in words.
     done: Arc<Mutex<String>>,
     /// Thread that writes the lines. It ends with its channel.
     thread: Mutex<Option<(Sender<()>, JoinHandle<()>)>>,
 }
 
-impl Lines {
+impl ProgressLines {
     /// Times in s between lines: short work has no line, long work one per minute.
     const PAUSES_S: [f64; 4] = [10.0, 20.0, 40.0, 60.0];
 
@@ -362,7 +362,7 @@ impl Lines {
     }
 }
 
-impl Drop for Lines {
+impl Drop for ProgressLines {
     fn drop(&mut self) {
         self.end();
     }
@@ -378,7 +378,7 @@ pub struct PassProgress {
     /// `true` if progress is JSON.
     json: bool,
     shown: Mutex<Shown>,
-    lines: Option<Lines>,
+    lines: Option<ProgressLines>,
 }
 
 /// Time and share of the last display, and the bar, if any.
@@ -399,7 +399,7 @@ impl PassProgress {
 
     /// Starts with the share of `what` that an `earlier` run has done.
     pub fn begin(what: &'static str, earlier: f64, json: bool) -> Self {
-        let lines = (!json && ProgressBar::new(1).is_hidden()).then(Lines::begin);
+        let lines = (!json && ProgressBar::new(1).is_hidden()).then(ProgressLines::begin);
         let now = Instant::now();
         let progress = Self {
             begun: now,
@@ -472,13 +472,13 @@ pub const RECOMMENDING: &str = "the recommendation is being simulated";
 
 /// Occasional lines during long work without progress reports.
 pub struct Waiting {
-    _lines: Option<Lines>,
+    _lines: Option<ProgressLines>,
 }
 
 impl Waiting {
     /// Starts lines that name the work `what`.
     pub fn begin(what: &str, json: bool) -> Self {
-        let lines = (!json).then(Lines::begin);
+        let lines = (!json).then(ProgressLines::begin);
         lines.iter().for_each(|lines| lines.set(what.to_owned()));
         Self { _lines: lines }
     }
@@ -581,7 +581,7 @@ mod tests {
     fn lines_come_now_and_then_until_the_end() {
         let (sender, lines) = std::sync::mpsc::channel();
         let pauses = [Duration::from_millis(20), Duration::from_millis(1)];
-        let told = Lines::with(pauses, move |line| {
+        let told = ProgressLines::with(pauses, move |line| {
             sender.send(line).expect("the test listens")
         });
         told.set("3 of 4 cases".to_owned());
@@ -594,7 +594,7 @@ mod tests {
         // Short work has no line.
         let (sender, lines) = std::sync::mpsc::channel();
         let patience = [Duration::from_secs(3600)];
-        drop(Lines::with(patience, move |line| {
+        drop(ProgressLines::with(patience, move |line| {
             sender.send(line).expect("the test listens")
         }));
         assert!(lines.recv().is_err());

@@ -15,9 +15,9 @@ use bristle_app::store::study_files::{RUNS, STUDY};
 use bristle_study::input::table::DataError;
 
 use bristle_app::store::results::{
-    Origin, SavedCase, SavedStudy, read_brush_history, read_case, read_contacts, read_filaments,
-    read_history, read_interaction, read_profile, read_runs, read_shapes, read_study,
-    read_turn_impulses,
+    BuildOrigin, SavedCase, SavedStudy, read_brush_history, read_case, read_contacts,
+    read_filaments, read_history, read_interaction, read_profile, read_runs, read_shapes,
+    read_study, read_turn_impulses,
 };
 use bristle_study::grid::CaseResult;
 use bristle_study::text::{shortened, shown_path};
@@ -36,7 +36,7 @@ pub fn saved_study(directory: &Path) -> Result<Option<(SavedStudy, Vec<CaseResul
     }
     let (text, name) = read(directory, RUNS)?;
     let results = read_runs(&text, &name, &saved)?;
-    if saved.origin != Origin::here() {
+    if saved.origin != BuildOrigin::here() {
         let version = shortened(&saved.origin.version);
         say(format_args!(
             "note: `{}` was simulated by another build of Bristle, version {version}",

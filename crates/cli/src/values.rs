@@ -31,7 +31,7 @@ impl ThreadArgs {
     }
 }
 
-/// What simulations may use.
+/// Resources of simulations.
 #[derive(Args)]
 pub struct ResourceArgs {
     #[command(flatten)]

@@ -8,7 +8,7 @@ use bristle_codegen::ir::kernel::Kernel;
 
 use bristle::model::parameters::MAX_SEGMENTS;
 
-use crate::derive::{Equations, Motion, Shape};
+use crate::derive::{Equations, Motion, RelaxedShape};
 
 pub use bristle_codegen::compare::States;
 
@@ -75,7 +75,7 @@ fn equations_of(kernels: &[Kernel]) -> Equations {
         return Equations::Whole {
             segments,
             motion,
-            shape: Shape::default(),
+            shape: RelaxedShape::default(),
         };
     }
     let planar = kernels

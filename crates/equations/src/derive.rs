@@ -19,7 +19,7 @@ use bristle_codegen::model::lagrange::{WholeEquations, whole_equations_with};
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
 use bristle_codegen::passes::specialise::substitute;
 
-pub use bristle_codegen::model::chain::{Motion, Shape};
+pub use bristle_codegen::model::chain::{Motion, RelaxedShape};
 
 /// Name of the engine in an exported graph.
 const GENERATOR: &str = concat!("bristle-codegen ", env!("CARGO_PKG_VERSION"));
@@ -40,7 +40,7 @@ pub enum Equations {
         motion: Motion,
         /// Shape of the filament, whose constants the forms for reading state. The forms for
         /// programs take the constants of any filament.
-        shape: Shape,
+        shape: RelaxedShape,
     },
     /// All kernels of one segment and one joint, which the solver loops over: for motion in space,
     /// for motion in the plane of rotation, and for the lateral variation of a planar motion.
@@ -62,7 +62,7 @@ impl Equations {
         Self::Whole {
             segments: filament.segments,
             motion,
-            shape: Shape {
+            shape: RelaxedShape {
                 is_straight: filament.waviness_amplitude_m == 0.0,
                 is_cylinder: filament.tip_diameter_m() == filament.diameter_m,
             },
@@ -89,9 +89,9 @@ impl Equations {
     /// # Errors
     /// If the shape is required of kernels, or of a `format` for programs, which both take the
     /// constants of any filament.
-    pub fn of_shape(self, required: Shape, format: DeriveFormat) -> Result<Self, String> {
+    pub fn of_shape(self, required: RelaxedShape, format: DeriveFormat) -> Result<Self, String> {
         match self {
-            _ if required == Shape::default() => Ok(self),
+            _ if required == RelaxedShape::default() => Ok(self),
             Self::Whole {
                 segments,
                 motion,
@@ -99,7 +99,7 @@ impl Equations {
             } if format.is_for_reading() => Ok(Self::Whole {
                 segments,
                 motion,
-                shape: Shape {
+                shape: RelaxedShape {
                     is_straight: shape.is_straight || required.is_straight,
                     is_cylinder: shape.is_cylinder || required.is_cylinder,
                 },
@@ -129,7 +129,7 @@ impl Equations {
             }
             Self::Kernels | Self::PlanarKernels => {
                 command += " --kernels";
-                (self == Self::PlanarKernels, Shape::default())
+                (self == Self::PlanarKernels, RelaxedShape::default())
             }
         };
         let is_read = format.is_for_reading();
@@ -209,7 +209,7 @@ impl Equations {
         planar_equations(segments, shape).kernels(Purpose::ReadingOf(shape))
     }
 
-    fn derived(self, purpose: impl Fn(Shape) -> Purpose) -> Result<Vec<Kernel>, String> {
+    fn derived(self, purpose: impl Fn(RelaxedShape) -> Purpose) -> Result<Vec<Kernel>, String> {
         match self {
             Self::Whole {
                 segments,
@@ -224,7 +224,7 @@ impl Equations {
 
 /// The planar equations, in which the spring of the clamp stores `½ c α²`, where `α = atan2(e0 × e,
 /// e0·e)`.
-fn planar_equations(segments: usize, shape: Shape) -> WholeEquations {
+fn planar_equations(segments: usize, shape: RelaxedShape) -> WholeEquations {
     // α is the difference of two azimuths, of which that of `e0` is a symbol until all derivatives
     // are taken. Its sine and cosine are smooth, but not its azimuth.
     let mut angle = None;
@@ -329,13 +329,13 @@ impl DeriveFormat {
 /// Equations in some form.
 pub enum Derived {
     /// One text.
-    Text(Document),
+    Text(DerivedText),
     /// Several files that belong together.
     Files(Vec<SourceFile>),
 }
 
 /// A text that is made while it is written: texts for people can be much longer than their source.
-pub struct Document(Content);
+pub struct DerivedText(Content);
 
 enum Content {
     Text(String),
@@ -351,7 +351,7 @@ enum Content {
     },
 }
 
-impl Document {
+impl DerivedText {
     /// Writes the text.
     ///
     /// # Errors
@@ -471,11 +471,11 @@ fn check(equations: Equations) -> Result<(), String> {
 }
 
 fn text(text: String) -> Derived {
-    Derived::Text(Document(Content::Text(text)))
+    Derived::Text(DerivedText(Content::Text(text)))
 }
 
 fn for_people(equations: Equations, form: PageForm, again: String) -> Result<Derived, String> {
-    Ok(Derived::Text(Document(match equations {
+    Ok(Derived::Text(DerivedText(match equations {
         Equations::Whole {
             segments,
             motion,

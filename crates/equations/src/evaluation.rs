@@ -13,7 +13,7 @@ use bristle::tool::radial_clamp;
 /// A state of a filament on a round tool.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct ChainState {
+pub struct RoundToolState {
     /// Angle `β` of the brush body in rad.
     pub base_angle: f64,
     /// Its rate `ω` in rad/s.
@@ -76,7 +76,7 @@ pub enum EvaluationError {
 pub fn evaluate(
     filament: &FilamentSettings,
     body_radius: f64,
-    state: &ChainState,
+    state: &RoundToolState,
 ) -> Result<Evaluation, EvaluationError> {
     let (q, v) = (pairs(&state.q), pairs(&state.v));
     if q.is_empty() || 2 * q.len() != state.q.len() || state.q.len() != state.v.len() {

@@ -2,7 +2,7 @@
 
 use bristle_codegen::text::shown;
 
-use crate::evaluation::ChainState;
+use crate::evaluation::RoundToolState;
 use bristle::equations::find_pole;
 use bristle::model::parameters::MAX_SEGMENTS;
 
@@ -16,7 +16,7 @@ const MAX_MESSAGE_CHARS: usize = 200;
 ///
 /// Every number of a state is finite: JSON has no NaN and no infinity, and a number too large for
 /// `f64` is an error.
-pub fn parse_state(text: &str) -> Result<ChainState, String> {
+pub fn parse_state(text: &str) -> Result<RoundToolState, String> {
     let mut deserializer = serde_json::Deserializer::from_str(text);
     let unreadable = |key: String, error: &serde_json::Error| {
         let message = error.to_string();
@@ -33,7 +33,7 @@ pub fn parse_state(text: &str) -> Result<ChainState, String> {
             )
         )
     };
-    let state: ChainState =
+    let state: RoundToolState =
         serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
             // Outside of any key the path is a placeholder.
             let path =
@@ -43,7 +43,7 @@ pub fn parse_state(text: &str) -> Result<ChainState, String> {
     deserializer
         .end()
         .map_err(|error| unreadable(WHOLE.to_owned(), &error))?;
-    let ChainState { q, v, .. } = &state;
+    let RoundToolState { q, v, .. } = &state;
     if q.is_empty() || q.len() % 2 != 0 || q.len() > 2 * MAX_SEGMENTS {
         return Err(format!(
             "`q` has {} numbers, but must have two (φ and θ) for each of 1 to {MAX_SEGMENTS} segments; \

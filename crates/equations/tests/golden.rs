@@ -4,7 +4,7 @@ use std::io;
 
 use bristle_codegen::back::source::Origin;
 use bristle_codegen::ir::kernel::Kernel;
-use bristle_codegen::model::chain::{Motion, Shape};
+use bristle_codegen::model::chain::{Motion, RelaxedShape};
 use bristle_codegen::model::kernels::kernels as derived_kernels;
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
 use bristle_equations::languages::{SourceFile, c, matlab, numpy, sympy};
@@ -60,7 +60,7 @@ fn page(form: PageForm, segments: usize, motion: Motion) -> String {
             form,
             segments,
             motion,
-            Shape::default(),
+            RelaxedShape::default(),
             &kernels,
             origin(&print::title(segments, motion)),
         )
@@ -85,7 +85,7 @@ fn the_derivation_step_by_step() {
         ("planar_walkthrough_2", Motion::Planar),
     ] {
         let walkthrough =
-            Walkthrough::new(2, motion, Shape::default()).expect("the derivation is sound");
+            Walkthrough::new(2, motion, RelaxedShape::default()).expect("the derivation is sound");
         insta::assert_snapshot!(
             name,
             written(|out| walkthrough.write(out, "a test of bristle-equations", AGAIN))

@@ -4,22 +4,22 @@ use crate::equations::linear::{add, dot, scale, sub};
 pub(super) use crate::workpiece::cross;
 
 /// A point or vector in the plane of the profile.
-pub(super) type Point = [f64; 2];
+pub(super) type ProfilePoint = [f64; 2];
 
 /// Returns `a` turned by a quarter turn to the left.
 #[inline(always)]
-pub(super) fn left(a: Point) -> Point {
+pub(super) fn left(a: ProfilePoint) -> ProfilePoint {
     [-a[1], a[0]]
 }
 
 /// Returns the unit vector along `a`.
 #[inline(always)]
-pub(super) fn unit(a: Point) -> Point {
+pub(super) fn unit(a: ProfilePoint) -> ProfilePoint {
     scale(1.0 / dot(a, a).sqrt(), a)
 }
 
 /// Returns the angle from `a` to `b`, positive to the left, in rad.
-pub(super) fn angle(a: Point, b: Point) -> f64 {
+pub(super) fn angle(a: ProfilePoint, b: ProfilePoint) -> f64 {
     cross(a, b).atan2(dot(a, b))
 }
 
@@ -28,7 +28,11 @@ pub(super) fn angle(a: Point, b: Point) -> f64 {
 ///
 /// The control points of a span are values of the polar form (Ramshaw, "Blossoms are polar forms",
 /// 1989): the `j`-th has `j` of its arguments at the end of the span and the others at the start.
-pub(super) fn spans(points: &[Point], degree: usize, closed: bool) -> Vec<Vec<Point>> {
+pub(super) fn spans(
+    points: &[ProfilePoint],
+    degree: usize,
+    closed: bool,
+) -> Vec<Vec<ProfilePoint>> {
     let count = points.len();
     // Open curves have every knot before the start at the start, and every knot behind the end at
     // the end.
@@ -48,7 +52,7 @@ pub(super) fn spans(points: &[Point], degree: usize, closed: bool) -> Vec<Vec<Po
     };
     (0..last)
         .map(|span| {
-            let controls: Vec<Point> = (0..=degree)
+            let controls: Vec<ProfilePoint> = (0..=degree)
                 .map(|i| points[(span + i + shift) % count])
                 .collect();
             (0..=degree)
@@ -74,7 +78,7 @@ pub(super) fn spans(points: &[Point], degree: usize, closed: bool) -> Vec<Vec<Po
 }
 
 /// Returns the polygons of both halves (de Casteljau).
-pub(super) fn halves(polygon: &[Point]) -> [Vec<Point>; 2] {
+pub(super) fn halves(polygon: &[ProfilePoint]) -> [Vec<ProfilePoint>; 2] {
     let mut row = polygon.to_vec();
     let (mut first, mut second) = (vec![row[0]], vec![row[row.len() - 1]]);
     while row.len() > 1 {
@@ -91,7 +95,7 @@ pub(super) fn halves(polygon: &[Point]) -> [Vec<Point>; 2] {
 
 /// Returns the polygon of the derivative by a parameter that runs over `range`; that of the zero
 /// curve for a single point.
-pub(super) fn derivative(polygon: &[Point], range: f64) -> Vec<Point> {
+pub(super) fn derivative(polygon: &[ProfilePoint], range: f64) -> Vec<ProfilePoint> {
     if polygon.len() == 1 {
         return vec![[0.0; 2]];
     }
@@ -104,7 +108,7 @@ pub(super) fn derivative(polygon: &[Point], range: f64) -> Vec<Point> {
 
 /// Returns bounds of the dot product of two curves over their common range of the parameter: the
 /// extremes of its coefficients.
-pub(super) fn product_range(a: &[Point], b: &[Point]) -> [f64; 2] {
+pub(super) fn product_range(a: &[ProfilePoint], b: &[ProfilePoint]) -> [f64; 2] {
     let (m, n) = (a.len() - 1, b.len() - 1);
     (0..=m + n)
         .map(|k| {
@@ -123,7 +127,7 @@ pub(super) fn binomial(n: usize, k: usize) -> f64 {
 }
 
 /// Returns the lower and upper corners of the box about `points`.
-pub(super) fn bounds(points: &[Point]) -> [Point; 2] {
+pub(super) fn bounds(points: &[ProfilePoint]) -> [ProfilePoint; 2] {
     points.iter().fold(
         [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],
         |[low, high], point| {

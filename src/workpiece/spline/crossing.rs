@@ -1,6 +1,6 @@
 //! Crossings of a chain of curves with itself.
 
-use super::bezier::{Point, angle, bounds, cross, derivative, halves, left};
+use super::bezier::{ProfilePoint, angle, bounds, cross, derivative, halves, left};
 use crate::equations::linear::{add, dot, scale, sub};
 
 /// Returns the first crossing of two links of a chain: the numbers of the links, and the position.
@@ -9,11 +9,11 @@ use crate::equations::linear::{add, dot, scale, sub};
 /// one before it ends; a chain that is `closed` starts where it ends. Parts that cannot be told
 /// apart when they are shorter than `tolerance` (m) count as crossing, except at the joints.
 pub(super) fn find(
-    links: &[Vec<Point>],
+    links: &[Vec<ProfilePoint>],
     closed: bool,
     tolerance: f64,
-) -> Option<(usize, usize, Point)> {
-    let boxes: Vec<[Point; 2]> = links.iter().map(|link| bounds(link)).collect();
+) -> Option<(usize, usize, ProfilePoint)> {
+    let boxes: Vec<[ProfilePoint; 2]> = links.iter().map(|link| bounds(link)).collect();
     (0..links.len())
         .flat_map(|i| (i + 1..links.len()).map(move |j| (i, j)))
         .find_map(|(i, j)| {
@@ -32,7 +32,10 @@ pub(super) fn find(
 }
 
 /// Returns the crossing of two rays, each given by its end and direction.
-pub(super) fn of_rays([a, along_a]: [Point; 2], [b, along_b]: [Point; 2]) -> Option<Point> {
+pub(super) fn of_rays(
+    [a, along_a]: [ProfilePoint; 2],
+    [b, along_b]: [ProfilePoint; 2],
+) -> Option<ProfilePoint> {
     let determinant = cross(along_a, along_b);
     let (on_a, on_b) = (
         cross(sub(b, a), along_b) / determinant,
@@ -42,7 +45,7 @@ pub(super) fn of_rays([a, along_a]: [Point; 2], [b, along_b]: [Point; 2]) -> Opt
         .then(|| add(a, scale(on_a, along_a)))
 }
 
-fn between(a: &[Point], b: &[Point], tolerance: f64) -> Option<Point> {
+fn between(a: &[ProfilePoint], b: &[ProfilePoint], tolerance: f64) -> Option<ProfilePoint> {
     let (box_a, box_b) = (bounds(a), bounds(b));
     if !overlap(&box_a, &box_b) {
         return None;
@@ -74,7 +77,11 @@ fn between(a: &[Point], b: &[Point], tolerance: f64) -> Option<Point> {
 }
 
 /// Works as [`between`], where `b` starts at the end of `a`.
-fn between_neighbours(a: &[Point], b: &[Point], tolerance: f64) -> Option<Point> {
+fn between_neighbours(
+    a: &[ProfilePoint],
+    b: &[ProfilePoint],
+    tolerance: f64,
+) -> Option<ProfilePoint> {
     // Seen from the joint, each curve lies within the angle of its directions: they meet only there
     // if these are apart.
     let (chord_a, chord_b) = (sub(a[0], a[a.len() - 1]), sub(b[b.len() - 1], b[0]));
@@ -92,17 +99,17 @@ fn between_neighbours(a: &[Point], b: &[Point], tolerance: f64) -> Option<Point>
 }
 
 /// Returns the largest angle between a curve's direction and its chord, in rad.
-fn spread(polygon: &[Point], chord: Point) -> f64 {
+fn spread(polygon: &[ProfilePoint], chord: ProfilePoint) -> f64 {
     derivative(polygon, 1.0)
         .into_iter()
         .map(|direction| angle(chord, direction).abs())
         .fold(0.0, f64::max)
 }
 
-fn overlap([low_a, high_a]: &[Point; 2], [low_b, high_b]: &[Point; 2]) -> bool {
+fn overlap([low_a, high_a]: &[ProfilePoint; 2], [low_b, high_b]: &[ProfilePoint; 2]) -> bool {
     (0..2).all(|i| low_a[i] <= high_b[i] && low_b[i] <= high_a[i])
 }
 
-fn size([low, high]: &[Point; 2]) -> f64 {
+fn size([low, high]: &[ProfilePoint; 2]) -> f64 {
     (high[0] - low[0]).max(high[1] - low[1])
 }

@@ -1,13 +1,13 @@
 //! Lists of the pieces of a curve that can hold the nearest point, by region of the plane.
 
-use super::bezier::Point;
+use super::bezier::ProfilePoint;
 use crate::equations::linear::{add, dot, scale, sub};
 
 /// Extent of a piece of the curve: a disc that holds all of it, and points on it.
 pub(super) struct Extent {
-    pub centre: Point,
+    pub centre: ProfilePoint,
     pub radius: f64,
-    pub points: [Point; 2],
+    pub points: [ProfilePoint; 2],
 }
 
 /// Largest length of a list whose block of cells is not divided.
@@ -18,7 +18,7 @@ const MAX_UNDIVIDED_LIST: usize = 2;
 /// the regions over which the nearest pieces stay the same.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Grid {
-    centre: Point,
+    centre: ProfilePoint,
     /// Half the width of the inmost square, in m.
     half: f64,
     /// Cells along a side of the inmost square.
@@ -38,7 +38,7 @@ impl Grid {
     const COARSE: usize = 32;
 
     /// Creates the grid of the pieces in the box from `low` to `high`.
-    pub fn new(pieces: &[Extent], [low, high]: [Point; 2]) -> Self {
+    pub fn new(pieces: &[Extent], [low, high]: [ProfilePoint; 2]) -> Self {
         let centre = scale(0.5, add(low, high));
         // Filaments come from outside the box.
         let half = 0.625 * (high[0] - low[0]).max(high[1] - low[1]);
@@ -71,7 +71,7 @@ impl Grid {
 
     /// Returns the pieces of which one is nearest to `point`, in ascending order; never none.
     #[inline]
-    pub fn candidates(&self, point: Point) -> &[u32] {
+    pub fn candidates(&self, point: ProfilePoint) -> &[u32] {
         let [x, y] = scale(1.0 / self.half, sub(point, self.centre));
         let distance = x.abs().max(y.abs());
         // The exponent of a float says between which powers of two it lies.
@@ -152,7 +152,7 @@ struct Block {
     /// Cells along a side.
     count: usize,
     /// Lower corner of the first cell of the square, in m.
-    corner: Point,
+    corner: ProfilePoint,
     /// Width of a cell in m.
     cell: f64,
 }
@@ -163,8 +163,8 @@ struct Block {
 /// A point `q` of the curve is nearer to `p` than the disc of radius `r` about `c` if `|p − c| ≥ |p
 /// − q| + r`. Such points `p` are inside a branch of a hyperbola. That region is convex: it holds a
 /// square if it holds its corners.
-fn visible(low: Point, width: f64, candidates: &[u32], pieces: &[Extent]) -> Vec<u32> {
-    let square = |point: Point, from: Point| {
+fn visible(low: ProfilePoint, width: f64, candidates: &[u32], pieces: &[Extent]) -> Vec<u32> {
+    let square = |point: ProfilePoint, from: ProfilePoint| {
         let offset = sub(point, from);
         dot(offset, offset)
     };

@@ -14,7 +14,7 @@ mod tests;
 
 use std::f64::consts::PI;
 
-use bezier::{Point, angle, bounds, cross, left, unit};
+use bezier::{ProfilePoint, angle, bounds, cross, left, unit};
 pub use error::SplineError;
 use grid::Grid;
 use piece::{MAX_DEGREE, Piece};
@@ -44,7 +44,7 @@ const MIN_CORNER_ANGLE: f64 = 1e-8;
 pub struct Spline {
     pieces: Vec<Piece>,
     /// Corner at the start of each piece, then at the end of the curve: `None` if open.
-    corners: Vec<Option<Corner>>,
+    corners: Vec<Option<CurveCorner>>,
     /// `None` if the curve is closed.
     ends: Option<[Ray; 2]>,
     length: f64,
@@ -73,11 +73,11 @@ pub struct Foot {
 
 /// A joint at which the curve turns.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Corner {
+struct CurveCorner {
     /// Sum of the normals on both sides. Its sign seen from a point whose nearest point is the
     /// corner says whether that point is outside (Bærentzen and Aanæs 2005, "Signed distance
     /// computation using the angle weighted pseudonormal").
-    normal: Point,
+    normal: ProfilePoint,
     /// `true` if the curve turns to the right.
     convex: bool,
 }
@@ -85,11 +85,11 @@ struct Corner {
 /// Straight continuation of an open curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ray {
-    end: Point,
+    end: ProfilePoint,
     /// Unit vector away from the curve.
-    outwards: Point,
+    outwards: ProfilePoint,
     /// Unit normal to the left of the direction of travel.
-    normal: Point,
+    normal: ProfilePoint,
     /// Arc length at the end, in m.
     arc_length: f64,
     /// Change of the arc length over the way outwards: −1 before the start, 1 behind the end.
@@ -293,7 +293,7 @@ impl Spline {
 
     /// Returns the foot at `place`, seen from `point`.
     #[inline]
-    fn foot(&self, place: CurvePlace, point: Point) -> Foot {
+    fn foot(&self, place: CurvePlace, point: ProfilePoint) -> Foot {
         match place {
             CurvePlace::Ray(number, way) => {
                 let ray = &self.ends.as_ref().expect("a ray continues an open curve")[number];
@@ -329,9 +329,9 @@ impl Spline {
     }
 }
 
-impl Corner {
+impl CurveCorner {
     /// Corrects `smooth`, the foot at this corner as one of its sides sees it.
-    fn foot(&self, smooth: Foot, point: Point) -> Foot {
+    fn foot(&self, smooth: Foot, point: ProfilePoint) -> Foot {
         let offset = sub(point, smooth.point);
         let distance = dot(offset, offset).sqrt();
         let gap = distance.copysign(dot(offset, self.normal));
@@ -355,11 +355,11 @@ impl Corner {
 }
 
 /// Checks the arguments before any curve is made.
-fn check(control_points: &[Point], degree: usize, closed: bool) -> Result<(), SplineError> {
+fn check(control_points: &[ProfilePoint], degree: usize, closed: bool) -> Result<(), SplineError> {
     if !(1..=MAX_DEGREE).contains(&degree) {
         return Err(SplineError::Degree { degree });
     }
-    let is_bad = |point: &Point| !point.iter().all(|x| x.abs() <= MAX_COORDINATE);
+    let is_bad = |point: &ProfilePoint| !point.iter().all(|x| x.abs() <= MAX_COORDINATE);
     if let Some(index) = control_points.iter().position(is_bad) {
         return Err(SplineError::NotFinite { point: index + 1 });
     }
@@ -380,7 +380,7 @@ fn check(control_points: &[Point], degree: usize, closed: bool) -> Result<(), Sp
 }
 
 /// Returns the number of the control point nearest to `position`, from 1.
-fn nearest_of(control_points: &[Point], position: Point) -> usize {
+fn nearest_of(control_points: &[ProfilePoint], position: ProfilePoint) -> usize {
     let square = |index: &usize| {
         let offset = sub(control_points[*index], position);
         dot(offset, offset)
@@ -391,7 +391,7 @@ fn nearest_of(control_points: &[Point], position: Point) -> usize {
 
 /// Returns `true` if a span goes straight ahead, to within `rounding` (m). Beside coinciding
 /// control points it then has no speed at its end, but its chord has.
-fn is_straight(span: &[Point], rounding: f64) -> bool {
+fn is_straight(span: &[ProfilePoint], rounding: f64) -> bool {
     let chord = sub(span[span.len() - 1], span[0]);
     let axis = unit(chord);
     let ahead = span
@@ -406,11 +406,11 @@ fn is_straight(span: &[Point], rounding: f64) -> bool {
 /// Halves `span` until each part is a piece, and adds the parts to `chain` and `pieces`. The error
 /// is the position of a part much shorter than `shortest` (m) that is none: the curve stops there.
 fn cut(
-    span: Vec<Point>,
+    span: Vec<ProfilePoint>,
     shortest: f64,
-    chain: &mut Vec<Vec<Point>>,
+    chain: &mut Vec<Vec<ProfilePoint>>,
     pieces: &mut Vec<Piece>,
-) -> Result<(), Point> {
+) -> Result<(), ProfilePoint> {
     if let Some(piece) = Piece::new(&span) {
         pieces.push(piece);
         chain.push(span);
@@ -427,7 +427,7 @@ fn cut(
 
 /// Returns the corners at the starts of the pieces and at the end of the last. The error is the
 /// number of a piece that turns back from the one before it.
-fn corners(pieces: &[Piece], closed: bool) -> Result<Vec<Option<Corner>>, usize> {
+fn corners(pieces: &[Piece], closed: bool) -> Result<Vec<Option<CurveCorner>>, usize> {
     let count = pieces.len();
     let mut corners = vec![None; count + 1];
     for start in usize::from(!closed)..count {
@@ -438,7 +438,7 @@ fn corners(pieces: &[Piece], closed: bool) -> Result<Vec<Option<Corner>>, usize>
             return Err(start);
         }
         if turn.abs() > MIN_CORNER_ANGLE {
-            corners[start] = Some(Corner {
+            corners[start] = Some(CurveCorner {
                 normal: add(left(before), left(after)),
                 convex: turn < 0.0,
             });
@@ -469,7 +469,7 @@ fn rays(pieces: &[Piece], length: f64) -> [Ray; 2] {
 
 /// Fails if the curve through `chain`, of `size` (m), crosses itself or its continuations.
 fn check_crossing(
-    mut chain: Vec<Vec<Point>>,
+    mut chain: Vec<Vec<ProfilePoint>>,
     ends: Option<&[Ray; 2]>,
     size: f64,
 ) -> Result<(), SplineError> {
@@ -495,7 +495,7 @@ fn check_crossing(
 
 /// Returns the largest curvature ([`Spline::largest_curvatures`]) where the material is convex
 /// (`sense` 1) or concave (−1).
-fn largest_curvature(pieces: &[Piece], corners: &[Option<Corner>], sense: f64) -> f64 {
+fn largest_curvature(pieces: &[Piece], corners: &[Option<CurveCorner>], sense: f64) -> f64 {
     if corners
         .iter()
         .flatten()

@@ -4,7 +4,7 @@ use std::array;
 use std::f64::consts::PI;
 
 use super::bezier::{
-    Point, binomial, bounds, cross, derivative, halves, left, product_range, unit,
+    ProfilePoint, binomial, bounds, cross, derivative, halves, left, product_range, unit,
 };
 use super::grid::Extent;
 use crate::equations::linear::{add, dot, scale, sub};
@@ -28,9 +28,9 @@ const LENGTH_TERMS: usize = 10;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Piece {
     /// Middle of the chord, in m.
-    origin: Point,
+    origin: ProfilePoint,
     /// Unit vector along the chord.
-    axis: Point,
+    axis: ProfilePoint,
     /// Half the length of the chord, in m.
     half: f64,
     /// Range of heights over the chord, in m.
@@ -38,16 +38,16 @@ pub(super) struct Piece {
     /// Bound of `|c'|` across the chord over that along it.
     slope: f64,
     /// `c'` at both ends.
-    end_velocities: [Point; 2],
+    end_velocities: [ProfilePoint; 2],
     /// Bounds of `|c'|² + c · c''`.
     bend: [f64; 2],
     /// Corners of the box about `c''`.
-    accelerations: [Point; 2],
+    accelerations: [ProfilePoint; 2],
     /// Bounds of `|3 c' · c'' + c · c'''|` and `|c'''|`.
     jerk: [f64; 2],
     degree: usize,
     /// Coefficients of the powers of `u` in `c`.
-    coefficients: [Point; MAX_DEGREE + 1],
+    coefficients: [ProfilePoint; MAX_DEGREE + 1],
     /// Arc length of the curve up to the start of this piece, in m.
     pub start: f64,
     /// Coefficients of the powers of `u` in the arc length from the start of this piece.
@@ -57,12 +57,12 @@ pub(super) struct Piece {
 impl Piece {
     /// Creates the piece with the control polygon `polygon`, as the first of the curve; `None` if
     /// it turns too much to be one piece.
-    pub fn new(polygon: &[Point]) -> Option<Self> {
+    pub fn new(polygon: &[ProfilePoint]) -> Option<Self> {
         let degree = polygon.len() - 1;
         let (first, last) = (polygon[0], polygon[degree]);
         let axis = unit(sub(last, first));
         let origin = scale(0.5, add(first, last));
-        let local: Vec<Point> = polygon
+        let local: Vec<ProfilePoint> = polygon
             .iter()
             .map(|&point| into_frame(axis, sub(point, origin)))
             .collect();
@@ -114,25 +114,25 @@ impl Piece {
 
     /// Returns `point` (m) in the frame of this piece.
     #[inline]
-    pub fn local(&self, point: Point) -> Point {
+    pub fn local(&self, point: ProfilePoint) -> ProfilePoint {
         into_frame(self.axis, sub(point, self.origin))
     }
 
     /// Maps a vector of the frame of this piece to that of the profile.
     #[inline]
-    pub fn global_direction(&self, [along, across]: Point) -> Point {
+    pub fn global_direction(&self, [along, across]: ProfilePoint) -> ProfilePoint {
         add(scale(along, self.axis), scale(across, left(self.axis)))
     }
 
     /// Maps a point of the frame of this piece to that of the profile, in m.
     #[inline]
-    pub fn global(&self, local: Point) -> Point {
+    pub fn global(&self, local: ProfilePoint) -> ProfilePoint {
         add(self.origin, self.global_direction(local))
     }
 
     /// Returns `c`, `c'` and `c''` at `u`.
     #[inline]
-    pub fn evaluate(&self, u: f64) -> [Point; 3] {
+    pub fn evaluate(&self, u: f64) -> [ProfilePoint; 3] {
         let (mut value, mut first, mut half_second) = ([0.0; 2], [0.0; 2], [0.0; 2]);
         for &coefficient in self.coefficients[..=self.degree].iter().rev() {
             half_second = add(scale(u, half_second), first);
@@ -180,7 +180,7 @@ impl Piece {
     }
 
     /// Returns the unit vectors along the curve at the start and at the end.
-    pub fn end_directions(&self) -> [Point; 2] {
+    pub fn end_directions(&self) -> [ProfilePoint; 2] {
         self.end_velocities
             .map(|velocity| unit(self.global_direction(velocity)))
     }
@@ -201,7 +201,7 @@ impl Piece {
     /// Returns a lower bound of the squared distance from `point` (of this frame, in m) to the
     /// piece: that to the box about it.
     #[inline]
-    pub fn squared_distance_bound(&self, [along, height]: Point) -> f64 {
+    pub fn squared_distance_bound(&self, [along, height]: ProfilePoint) -> f64 {
         let beyond = (along.abs() - self.half).max(0.0);
         let off = (height - self.heights[1])
             .max(self.heights[0] - height)
@@ -216,7 +216,7 @@ impl Piece {
     /// c''`. Where the bounds of `f'` say that `f` rises, the signs of `f` at the ends say whether
     /// its root lies between them.
     #[inline]
-    pub fn nearest(&self, point: Point, limit: f64) -> (f64, f64) {
+    pub fn nearest(&self, point: ProfilePoint, limit: f64) -> (f64, f64) {
         let [along, height] = point;
         let [start, end] = [[-self.half - along, -height], [self.half - along, -height]];
         let [low, high] = self.accelerations;
@@ -252,7 +252,7 @@ impl Piece {
     #[inline]
     fn root(
         &self,
-        point: Point,
+        point: ProfilePoint,
         [mut low, mut high]: [f64; 2],
         [at_low, at_high]: [f64; 2],
     ) -> (f64, f64) {
@@ -293,7 +293,7 @@ impl Piece {
     /// Halves intervals until they can hold no nearer point, no root of `f`, no minimum, or one
     /// root of a rising `f`.
     #[cold]
-    fn search(&self, point: Point, limit: f64) -> (f64, f64) {
+    fn search(&self, point: ProfilePoint, limit: f64) -> (f64, f64) {
         let jerk = self.jerk[0] + self.jerk[1] * dot(point, point).sqrt();
         let squares = [-self.half, self.half].map(|along| {
             let offset = sub([along, 0.0], point);
@@ -393,13 +393,13 @@ impl Piece {
 
 /// Returns the components of `vector` along `axis` and to the left of it.
 #[inline(always)]
-fn into_frame(axis: Point, vector: Point) -> Point {
+fn into_frame(axis: ProfilePoint, vector: ProfilePoint) -> ProfilePoint {
     [dot(axis, vector), cross(axis, vector)]
 }
 
 /// Returns the coefficients of the powers of `u`, from −1 to 1, of the curve with the control
 /// polygon `polygon`.
-fn taylor(polygon: &[Point]) -> [Point; MAX_DEGREE + 1] {
+fn taylor(polygon: &[ProfilePoint]) -> [ProfilePoint; MAX_DEGREE + 1] {
     // The parameter of the second half is `u` itself.
     let [_, mut differences] = halves(polygon);
     let degree = polygon.len() - 1;

@@ -6,10 +6,10 @@ use super::*;
 
 /// Returns the curve at `t` by the recursion of Cox and de Boor, independent of the pieces: `t`
 /// runs over the spans, from 0.
-fn de_boor(points: &[Point], degree: usize, closed: bool, t: f64) -> Point {
+fn de_boor(points: &[ProfilePoint], degree: usize, closed: bool, t: f64) -> ProfilePoint {
     let (count, shift) = (points.len(), (degree - 1) / 2);
     let spans = if closed { count } else { count - degree };
-    let all: Vec<Point> = if closed {
+    let all: Vec<ProfilePoint> = if closed {
         (0..count + degree)
             .map(|i| points[(i + count - shift) % count])
             .collect()
@@ -25,7 +25,7 @@ fn de_boor(points: &[Point], degree: usize, closed: bool, t: f64) -> Point {
         }
     };
     let span = (t.floor().max(0.0) as usize).min(spans - 1) + degree;
-    let mut row: Vec<Point> = (0..=degree).map(|j| all[span - degree + j]).collect();
+    let mut row: Vec<ProfilePoint> = (0..=degree).map(|j| all[span - degree + j]).collect();
     for round in 1..=degree {
         for j in (round..=degree).rev() {
             let i = span - degree + j;
@@ -39,14 +39,14 @@ fn de_boor(points: &[Point], degree: usize, closed: bool, t: f64) -> Point {
 /// A curve, and the samples of it for brute force.
 struct Sampled {
     spline: Spline,
-    curve: Box<dyn Fn(f64) -> Point>,
-    samples: Vec<Point>,
+    curve: Box<dyn Fn(f64) -> ProfilePoint>,
+    samples: Vec<ProfilePoint>,
     step: f64,
     closed: bool,
 }
 
 impl Sampled {
-    fn new(points: Vec<Point>, degree: usize, closed: bool) -> Self {
+    fn new(points: Vec<ProfilePoint>, degree: usize, closed: bool) -> Self {
         let spline = Spline::new(&points, degree, closed)
             .unwrap_or_else(|error| panic!("degree {degree}: {error}"));
         let spans = if closed {
@@ -69,8 +69,8 @@ impl Sampled {
 
     /// Returns the distance from `point` by trying all samples, refined about the nearest of them.
     /// Continuations count.
-    fn distance(&self, point: Point) -> f64 {
-        let distance = |q: Point| (q[0] - point[0]).hypot(q[1] - point[1]);
+    fn distance(&self, point: ProfilePoint) -> f64 {
+        let distance = |q: ProfilePoint| (q[0] - point[0]).hypot(q[1] - point[1]);
         let square = |i: &usize| dot(sub(self.samples[*i], point), sub(self.samples[*i], point));
         let best = (0..self.samples.len())
             .min_by(|a, b| square(a).total_cmp(&square(b)))
@@ -93,15 +93,15 @@ impl Sampled {
 
     /// Returns `true` if `point` is on the left-hand side, by the angle under which the curve
     /// passes it.
-    fn is_outside(&self, point: Point) -> bool {
+    fn is_outside(&self, point: ProfilePoint) -> bool {
         let far = self
             .spline
             .ends
             .iter()
             .flatten()
             .map(|ray| add(ray.end, scale(1e6, ray.outwards)));
-        let far: Vec<Point> = far.collect();
-        let chain: Vec<Point> = match far[..] {
+        let far: Vec<ProfilePoint> = far.collect();
+        let chain: Vec<ProfilePoint> = match far[..] {
             [before, behind] => [&[before], &self.samples[..], &[behind]].concat(),
             _ => self.samples.clone(),
         };
@@ -124,7 +124,7 @@ impl Sampled {
 
 /// Returns waves along x whose crests and troughs are far tighter than the distances from which
 /// they are seen.
-fn wavy(rng: &mut Rng, count: usize) -> Vec<Point> {
+fn wavy(rng: &mut Rng, count: usize) -> Vec<ProfilePoint> {
     (0..count)
         .map(|i| {
             [
@@ -137,7 +137,7 @@ fn wavy(rng: &mut Rng, count: usize) -> Vec<Point> {
 
 /// Returns symmetric lobes, clockwise around the origin: points on their axes have several nearest
 /// points.
-fn lobes(count: usize) -> Vec<Point> {
+fn lobes(count: usize) -> Vec<ProfilePoint> {
     (0..count)
         .map(|i| {
             let angle = -TAU * i as f64 / count as f64;
@@ -149,7 +149,7 @@ fn lobes(count: usize) -> Vec<Point> {
 
 /// Returns the centre of curvature at a share of the length; a point of the curve where it is
 /// straight.
-fn centre_of_curvature(spline: &Spline, share: f64) -> Point {
+fn centre_of_curvature(spline: &Spline, share: f64) -> ProfilePoint {
     let (point, direction) = spline.at(share * spline.length());
     let curvature = spline.nearest(point).curvature;
     let radius = if curvature.abs() > 1.0 {
@@ -272,7 +272,7 @@ fn the_gradient_of_the_gap_is_the_normal() {
 #[test]
 fn lines_of_all_degrees_are_lines() {
     for degree in 1..=10 {
-        let points: Vec<Point> = (0..14)
+        let points: Vec<ProfilePoint> = (0..14)
             .map(|i| [0.03 * i as f64, 0.04 * i as f64])
             .collect();
         let spline = Spline::new(&points, degree, false).expect("it is a line");
@@ -357,7 +357,7 @@ fn a_closed_cubic_is_close_to_a_circle() {
     for clockwise in [true, false] {
         let sense = if clockwise { -1.0 } else { 1.0 };
         let at = |i: i32| (sense * TAU / 64.0 * f64::from(i)).sin_cos();
-        let points: Vec<Point> = (0..64)
+        let points: Vec<ProfilePoint> = (0..64)
             .map(at)
             .map(|(sin, cos)| [2.0 + 0.05 * cos, 0.05 * sin])
             .collect();
@@ -458,7 +458,7 @@ fn the_smallest_convex_radius_is_that_of_the_crest() {
 #[test]
 fn bad_points_are_refused() {
     let line = [[0.0, 0.0], [0.1, 0.0], [0.2, 0.0], [0.3, 0.0]];
-    let refused = |points: &[Point], degree, closed| {
+    let refused = |points: &[ProfilePoint], degree, closed| {
         Spline::new(points, degree, closed).expect_err("it is refused")
     };
     assert_eq!(

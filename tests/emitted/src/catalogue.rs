@@ -3,7 +3,7 @@
 //! The build script emits them, and the tests compare the emitted code with this list.
 
 use bristle_codegen::ir::graph::{Graph, Node, NodeId};
-use bristle_codegen::ir::kernel::{Input, Kernel, Output, Shape};
+use bristle_codegen::ir::kernel::{Kernel, KernelInput, Output, OutputShape};
 use bristle_codegen::ir::unit::Unit;
 use bristle_codegen::passes::calculus::gradient;
 use bristle_codegen::passes::normal_form::{Style, normalise};
@@ -370,12 +370,12 @@ fn kernel(name: String, graph: Graph, variables: &[&str], nodes: Vec<NodeId>) ->
         let node = graph
             .find_symbol(name)
             .expect("it is a symbol of the graph");
-        Input::new(name, "a variable", vec![(name.into(), node)])
+        KernelInput::new(name, "a variable", vec![(name.into(), node)])
     });
     let shape = if nodes.len() == 1 {
-        Shape::Scalar
+        OutputShape::Scalar
     } else {
-        Shape::Vector(nodes.len())
+        OutputShape::Vector(nodes.len())
     };
     let output = Output {
         name: "value".into(),

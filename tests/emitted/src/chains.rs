@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
-use bristle_codegen::ir::kernel::{Input, Kernel};
+use bristle_codegen::ir::kernel::{Kernel, KernelInput};
 use bristle_codegen::model::chain::Motion;
 use bristle_codegen::model::whole::{Purpose, whole_kernels};
 use fastrand::Rng;
@@ -23,7 +23,7 @@ pub fn kernels(segments: usize, motion: Motion) -> Vec<Kernel> {
 
 /// The range of an element of an input. All are of order one, and no joint is bent by more than a
 /// radian.
-fn range(input: &Input, element: &str) -> Range<f64> {
+fn range(input: &KernelInput, element: &str) -> Range<f64> {
     match input.name.as_str() {
         "q" if element.starts_with("phi") => FRAC_PI_2 - 0.4..FRAC_PI_2 + 0.4,
         "q" => -1.9..-1.1,

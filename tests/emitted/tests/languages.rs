@@ -16,13 +16,13 @@ use bristle::model::filament;
 use bristle::model::settings::{FilamentSettings, Settings};
 use bristle::tool::radial_clamp;
 use bristle_codegen::back::source::Origin;
-use bristle_codegen::ir::kernel::{Kernel, Output, Shape};
+use bristle_codegen::ir::kernel::{Kernel, Output, OutputShape};
 use bristle_codegen::model::chain::Motion;
 use bristle_codegen::model::lagrange::whole_equations;
 use bristle_emitted::catalogue::{self, COVERAGE};
 use bristle_emitted::chains::{self, CHAINS};
 use bristle_emitted::{emitted, whole};
-use bristle_equations::evaluation::{ChainState, evaluate, symbol_values};
+use bristle_equations::evaluation::{RoundToolState, evaluate, symbol_values};
 use bristle_equations::languages::{SourceFile, c, matlab, numpy, rust, sympy};
 use fastrand::Rng;
 use tempfile::TempDir;
@@ -103,7 +103,7 @@ impl FunctionSamples {
                 q.push([between(1.2, 1.9), base_angle + between(-0.3, 0.3)]);
                 v.push([between(-50.0, 50.0), base_rate + between(-50.0, 50.0)]);
             }
-            let state = ChainState {
+            let state = RoundToolState {
                 base_angle,
                 base_rate,
                 base_acceleration: between(-100.0, 100.0),
@@ -294,7 +294,7 @@ fn c_agrees() {
             let call = match &kernel.outputs[..] {
                 [
                     Output {
-                        shape: Shape::Scalar,
+                        shape: OutputShape::Scalar,
                         ..
                     },
                 ] => {
@@ -302,7 +302,7 @@ fn c_agrees() {
                 }
                 [
                     Output {
-                        shape: Shape::Vector(length),
+                        shape: OutputShape::Vector(length),
                         ..
                     },
                 ] => {
@@ -312,7 +312,7 @@ fn c_agrees() {
                 }
                 [
                     Output {
-                        shape: Shape::Matrix(rows, columns),
+                        shape: OutputShape::Matrix(rows, columns),
                         ..
                     },
                 ] => format!(
@@ -323,7 +323,7 @@ fn c_agrees() {
                     let printed: String = outputs
                         .iter()
                         .map(|output| match output.shape {
-                            Shape::Vector(length) => {
+                            OutputShape::Vector(length) => {
                                 format!(" print(r.{}, {length});", output.name)
                             }
                             _ => format!(" print(&r.{}, 1);", output.name),
@@ -409,9 +409,9 @@ fn rust_on_f64_agrees() {
             .expect("a string takes text");
             for Output { name, shape, .. } in &kernel.outputs {
                 let value = match shape {
-                    Shape::Scalar => format!("&[r.{name}]"),
-                    Shape::Vector(_) => format!("&r.{name}"),
-                    Shape::Matrix(..) => format!("r.{name}.as_flattened()"),
+                    OutputShape::Scalar => format!("&[r.{name}]"),
+                    OutputShape::Vector(_) => format!("&r.{name}"),
+                    OutputShape::Matrix(..) => format!("r.{name}.as_flattened()"),
                 };
                 writeln!(calls, "        print({value});").expect("a string takes text");
             }
@@ -512,9 +512,9 @@ fn numpy_agrees() {
                     format!("r.{}", output.name)
                 };
                 let shape = match output.shape {
-                    Shape::Scalar => "()".to_owned(),
-                    Shape::Vector(length) => format!("({length},)"),
-                    Shape::Matrix(rows, columns) => format!("({rows}, {columns})"),
+                    OutputShape::Scalar => "()".to_owned(),
+                    OutputShape::Vector(length) => format!("({length},)"),
+                    OutputShape::Matrix(rows, columns) => format!("({rows}, {columns})"),
                 };
                 writeln!(calls, "columns.append(np.broadcast_to({value}, (len(x),) + {shape}).reshape(len(x), -1))")
                     .expect("a string takes text");

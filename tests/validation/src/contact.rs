@@ -13,7 +13,7 @@ use bristle::tool::ClampMotion;
 use serde::Deserialize;
 
 use super::chains::{axial, mechanical_energy, momentum, paper_case, trajectory_rows, worse};
-use super::trial::{Failure, Outcome, Trial};
+use super::trial::{Failure, Trial, TrialResult};
 use super::{sources, tolerances};
 
 /// The unit vectors normal to the default workpiece and along it.
@@ -38,7 +38,7 @@ fn name(velocity: f64, depth: f64) -> String {
 ///
 /// The work of clamp and workpiece equals the change of the stored energy and what dampers, contact
 /// damping and friction take.
-pub fn energy(trial: &mut Trial) -> Outcome {
+pub fn energy(trial: &mut Trial) -> TrialResult {
     let mut dragging = paper_case(25, 10.0, 1e-3)?;
     dragging.contact.friction_coefficient = 0.3;
     dragging.workpiece.feed_velocity_m_s = 0.5;
@@ -172,7 +172,7 @@ fn momentum_balance(settings: &Settings) -> Result<[f64; 3], Failure> {
 ///
 /// This checks inertia, contact and integration. The springs enter the angular momentum about the
 /// axis, in which the torque of the clamp follows from the law of its joint.
-pub fn impulse(trial: &mut Trial) -> Outcome {
+pub fn impulse(trial: &mut Trial) -> TrialResult {
     for (velocity, depth) in PASSES {
         let [normal, along, torque] = momentum_balance(&paper_case(25, velocity, depth)?)?;
         for (quantity, exact, computed) in [
@@ -215,7 +215,7 @@ fn values(metrics: &Metrics) -> [f64; 5] {
 }
 
 /// Order of convergence in n of all metrics, from n = 50, 100 and 200.
-pub fn segments(trial: &mut Trial) -> Outcome {
+pub fn segments(trial: &mut Trial) -> TrialResult {
     const FINEST: usize = 200;
     for (velocity, depth) in PASSES {
         let at = |segments: usize| -> Result<Metrics, Failure> {
@@ -273,7 +273,7 @@ impl ReferenceContact {
 ///
 /// Slopes use only errors above the accuracy of the references. Times suffer most: at 1 m/s, an
 /// error of 1e-6 `l_f` of the tip is 4e-5 of a contact of 1 ms.
-pub fn tolerance(trial: &mut Trial) -> Outcome {
+pub fn tolerance(trial: &mut Trial) -> TrialResult {
     const DATA: &str = include_str!("../../../tests/data/reference_contacts_cvodes.csv");
     const EXPONENTS: std::ops::RangeInclusive<i32> = 3..=8;
     let contacts: Vec<ReferenceContact> = trajectory_rows(DATA)?;
@@ -337,7 +337,7 @@ pub fn tolerance(trial: &mut Trial) -> Outcome {
 /// A steady tip is `F_n/k_c` too deep: order 1. The end of a damped beam `E I (1 + τ ∂/∂t)` that
 /// moves at the rate s has a stiffness that grows as `s^(7/4)`, so that peaks grow as `k_c^(3/7)`.
 /// The impulse of passes that sweep after an impact converges with an order between ½ and 1.
-pub fn stiffness(trial: &mut Trial) -> Outcome {
+pub fn stiffness(trial: &mut Trial) -> TrialResult {
     const STIFFNESSES: [f64; 5] = [1e4, 1e5, 1e6, 1e7, 1e8];
     // The first two sweep, except for an impact at their entry.
     const STIFFNESS_PASSES: [(f64, f64); 5] = [

@@ -14,7 +14,7 @@ use bristle::workpiece::{Edge, Surface, Workpiece};
 
 use super::chains::{crossing, extrapolated, force_at, paper_case, unit_chain, worse};
 use super::exact::held::{Circle, Held};
-use super::trial::{Failure, Outcome, Trial};
+use super::trial::{Failure, Trial, TrialResult};
 use super::{sources, tolerances};
 
 /// Radius of the edges of the unit beam, their stiffness, and the distance from the clamp at which
@@ -112,7 +112,7 @@ fn system(
 
 /// The contact of a beam with its edge.
 #[derive(Clone, Copy, Debug)]
-struct EdgeContact {
+struct BeamEdgeContact {
     /// Angle of the segment in contact.
     angle: f64,
     /// Arc length from the root.
@@ -131,7 +131,7 @@ fn settle(
     motion: DrawnClamp,
     friction: f64,
     end: f64,
-) -> Result<EdgeContact, Failure> {
+) -> Result<BeamEdgeContact, Failure> {
     let mut system = system(segments, circle, motion, friction);
     let filament = system.filament(0).clone();
     let [x, y] = circle.centre;
@@ -144,7 +144,7 @@ fn settle(
     );
     let tolerances = Tolerances::of_motion(1e-9, 1.0, 1.0);
     let h = filament.chain.length;
-    let mut seen = EdgeContact {
+    let mut seen = BeamEdgeContact {
         angle: f64::NAN,
         length: f64::NAN,
         force: f64::NAN,
@@ -212,7 +212,7 @@ fn errors(segments: usize, ratio: f64) -> Result<([f64; 3], f64), Failure> {
 ///
 /// The mean of four places of the edge within a segment is extrapolated from three n. Friction
 /// inclines the force by arctan µ; it needs a motion, which is extrapolated to rest.
-pub fn over_edge(trial: &mut Trial) -> Outcome {
+pub fn over_edge(trial: &mut Trial) -> TrialResult {
     const QUANTITIES: [&str; 3] = ["θ_c in rad", "s_c/x", "R x²/(E I)"];
     let (coarse, fine) = (100, 200);
     for ratio in [0.1, 0.25, 0.5, 1.0] {
@@ -286,7 +286,7 @@ pub fn over_edge(trial: &mut Trial) -> Outcome {
 
 /// Beam that is drawn back until it slips off an edge: when the contact reaches the tip, and when
 /// it opens, at most a twentieth of the radius later than the last equilibrium.
-pub fn release(trial: &mut Trial) -> Outcome {
+pub fn release(trial: &mut Trial) -> TrialResult {
     const SPEED: f64 = 2e-3;
     let coarse = 50;
     for height in [0.1, 0.225] {
@@ -370,7 +370,7 @@ fn on_curve(settings: &Settings, radius: f64, turned: f64, slopes: [f64; 2]) -> 
 
 /// Force of a cylinder and of a bore on the tip in slow passes: `½ E I θ′² = F_n [sin(φ + η) − sin
 /// η]` with the angle η between the force and the filament's normal at the tip.
-pub fn curves(trial: &mut Trial) -> Outcome {
+pub fn curves(trial: &mut Trial) -> TrialResult {
     // Number of segments, velocity in m/s and tolerance of the coarse solution, as for the buckled
     // elastica on a plane.
     let (segments, velocity, tolerance) = (50, 0.02, 1e-8);

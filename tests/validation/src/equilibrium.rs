@@ -21,7 +21,7 @@ pub struct Load {
 
 /// A chain at rest.
 #[derive(Clone, Debug)]
-pub struct Shape {
+pub struct RestingChain {
     /// Position of its tip.
     pub tip: [f64; 3],
     /// Positions of its nodes, from the root to the tip.
@@ -51,7 +51,7 @@ impl NodeLoads<f64> for TipForce {
 ///
 /// # Errors
 /// If Newton's method does not converge.
-pub fn equilibrium(chain: Chain<f64>, load: Load, parts: usize) -> Result<Shape, Failure> {
+pub fn equilibrium(chain: Chain<f64>, load: Load, parts: usize) -> Result<RestingChain, Failure> {
     let n = chain.segments();
     let reach = chain.length * (n * n) as f64;
     let (clamp, rest) = (WALL.at(0.0), vec![[0.0; 2]; n]);
@@ -115,7 +115,7 @@ pub fn equilibrium(chain: Chain<f64>, load: Load, parts: usize) -> Result<Shape,
     }
     dynamics.place(clamp.holding(&q, &rest));
     let nodes = dynamics.positions().to_vec();
-    Ok(Shape {
+    Ok(RestingChain {
         tip: nodes[n - 1],
         nodes,
         last: q[n - 1],

@@ -11,7 +11,7 @@ use bristle::workpiece::Plane;
 
 use super::chains::{WALL, crossing, rods};
 use super::exact::impact::{Elastic, restitution, sliding_distance};
-use super::trial::{Failure, Outcome, Trial};
+use super::trial::{Failure, Trial, TrialResult};
 use super::{sources, tolerances};
 
 /// A law without friction.
@@ -99,7 +99,7 @@ fn point_mass(mass: f64) -> Chain<f64> {
 /// Restitution `e` of a point mass under the law of Hunt and Crossley: `(1 + e) χv = ln[(1 + χv)/(1
 /// − e χv)]` for any stiffness, exponent and mass. The contact takes the share `1 − e²` of the
 /// energy.
-pub fn restitutions(trial: &mut Trial) -> Outcome {
+pub fn restitutions(trial: &mut Trial) -> TrialResult {
     const SPEED: f64 = 2.0;
     for exponent in [1.0, 1.5] {
         for chi_v in [0.05, 0.1, 0.2, 0.5, 1.0, 1.5, 2.0] {
@@ -152,7 +152,7 @@ pub fn restitutions(trial: &mut Trial) -> Outcome {
 }
 
 /// Duration, peak force and impulse of an impact without damping, on `F_n = k_c δ^p`.
-pub fn elastic(trial: &mut Trial) -> Outcome {
+pub fn elastic(trial: &mut Trial) -> TrialResult {
     for (exponent, stiffness, mass, speed) in [
         (1.0, 1e7, 0.1, 0.01),
         (1.0, 1e9, 1e-3, 1.0),
@@ -191,7 +191,7 @@ pub fn elastic(trial: &mut Trial) -> Outcome {
 /// Distance and energy of a tip that friction stops, with the regularisation `v/√(v² + v_reg²)`.
 ///
 /// The tip of a level rod bears half of its weight: `a = µ F_n L²/I`.
-pub fn sliding(trial: &mut Trial) -> Outcome {
+pub fn sliding(trial: &mut Trial) -> TrialResult {
     const GRAVITY: f64 = 9.81;
     const MASS: f64 = 2.0;
     const STIFFNESS: f64 = 1e6;

@@ -12,7 +12,7 @@ use bristle::workpiece::Plane;
 
 use super::chains::{WALL, mechanical_energy, momentum, rods, unit_chain, untouched, worse};
 use super::exact::pendulum::SphericalPendulum;
-use super::trial::{Outcome, Trial, logarithmic_slope};
+use super::trial::{Trial, TrialResult, logarithmic_slope};
 use super::{sources, tolerances};
 
 /// A system that only its clamp touches.
@@ -74,7 +74,7 @@ fn swinging() -> (Chain<f64>, Vec<[[f64; 3]; 2]>, f64) {
 ///
 /// The method is L-stable and loses energy in each step, nearly in proportion to the tolerance. The
 /// drift is therefore relative to the number of steps and to the tolerance of a step.
-pub fn conservation(trial: &mut Trial) -> Outcome {
+pub fn conservation(trial: &mut Trial) -> TrialResult {
     const PARTS: usize = 100;
     const NUMBER: usize = 1000;
     let mut drifts = Vec::new();
@@ -138,7 +138,7 @@ pub fn conservation(trial: &mut Trial) -> Outcome {
 }
 
 /// Spherical pendulum (n = 1, no spring): largest errors of height and azimuth in twenty periods.
-pub fn spherical_pendulum(trial: &mut Trial) -> Outcome {
+pub fn spherical_pendulum(trial: &mut Trial) -> TrialResult {
     const GRAVITY: f64 = 9.81;
     const PERIODS: f64 = 20.0;
     for (lowest, rate) in [(-0.9, 6.0), (-0.5, 9.0), (-0.99, 12.0)] {

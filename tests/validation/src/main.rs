@@ -42,10 +42,10 @@ use std::thread;
 use std::time::Instant;
 
 use record::Report;
-use trial::{Outcome, Trial};
+use trial::{Trial, TrialResult};
 
 /// Name and function of a trial.
-type NamedTrial = (&'static str, fn(&mut Trial) -> Outcome);
+type NamedTrial = (&'static str, fn(&mut Trial) -> TrialResult);
 
 /// Trials that run with all tests, in seconds of processor time.
 const QUICK: &[NamedTrial] = &[

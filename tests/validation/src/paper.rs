@@ -9,7 +9,7 @@ use bristle_study::grid::{DEPTH, Study, Sweep, VELOCITY, run_study};
 
 use super::chains::{lesser, paper_case, paper_study, worse};
 use super::tolerances::Tolerance;
-use super::trial::{Failure, Outcome, Trial};
+use super::trial::{Failure, Trial, TrialResult};
 use super::{sources, tolerances};
 
 /// The metrics of a study over depth and velocity.
@@ -151,7 +151,7 @@ fn find<const N: usize>(
 /// Finding 1: the tip deflection grows degressively with depth, and with velocity once striking.
 ///
 /// At the smallest depth it saturates at the highest velocities, so single steps may fall by 1 %.
-pub fn deflection(trial: &mut Trial) -> Outcome {
+pub fn deflection(trial: &mut Trial) -> TrialResult {
     let grid = PaperGrid::paper()?;
     let metric = |metrics: &Metrics| metrics.max_tip_deflection_m;
     let columns = grid.columns(metric);
@@ -210,7 +210,7 @@ pub fn deflection(trial: &mut Trial) -> Outcome {
 }
 
 /// Finding 2: the contact time falls steeply with velocity, most at large depth.
-pub fn contact_time(trial: &mut Trial) -> Outcome {
+pub fn contact_time(trial: &mut Trial) -> TrialResult {
     let grid = PaperGrid::paper()?;
     let rows = grid.rows(|metrics| metrics.contact_time_s);
     let last = grid.velocities.len() - 1;
@@ -246,7 +246,7 @@ pub fn contact_time(trial: &mut Trial) -> Outcome {
 /// Finding 3: the contact time ratio has a tier, nearly proportional between velocity and depth.
 ///
 /// The tier is the depth at which `ε_tc = ½`, interpolated at each velocity.
-pub fn tier(trial: &mut Trial) -> Outcome {
+pub fn tier(trial: &mut Trial) -> TrialResult {
     let grid = PaperGrid::paper()?;
     let ratios = grid.columns(|metrics| metrics.contact_time_ratio);
     let (mut misplaced, mut velocities, mut depths) = (0, Vec::new(), Vec::new());
@@ -320,7 +320,7 @@ pub fn tier(trial: &mut Trial) -> Outcome {
 ///
 /// From 15 m/s on, both kinds of motion occur. There the least impulse is that of a striking pass,
 /// and the deepest sweep has at least a quarter more.
-pub fn impulse(trial: &mut Trial) -> Outcome {
+pub fn impulse(trial: &mut Trial) -> TrialResult {
     let grid = PaperGrid::paper()?;
     let metric = |metrics: &Metrics| metrics.contact_normal_impulse_n_s;
     let rows = grid.rows(metric);
@@ -389,7 +389,7 @@ pub fn impulse(trial: &mut Trial) -> Outcome {
 ///
 /// At 1, 2 and 3 mm the force has a local maximum on the tier, at least 2 % above that at the next
 /// velocity, with one contact more than at 30 m/s.
-pub fn tool_force(trial: &mut Trial) -> Outcome {
+pub fn tool_force(trial: &mut Trial) -> TrialResult {
     let grid = PaperGrid::paper()?;
     let metric = |metrics: &Metrics| metrics.tool_contact_normal_force_n;
     let columns = grid.columns(metric);
@@ -511,7 +511,7 @@ fn last_contact(velocity: f64, depth: f64) -> Result<f64, Failure> {
 }
 
 /// Finding 6: more than 25 segments make no noticeable difference.
-pub fn segments(trial: &mut Trial) -> Outcome {
+pub fn segments(trial: &mut Trial) -> TrialResult {
     let (paper, fine) = (PaperGrid::paper()?, &PaperGrid::new(50.0)?);
     let pairs = || {
         paper
@@ -556,7 +556,7 @@ pub fn segments(trial: &mut Trial) -> Outcome {
 }
 
 /// Finding 7: the tool force has the magnitude of measured forces. The paper has no table of them.
-pub fn magnitude(trial: &mut Trial) -> Outcome {
+pub fn magnitude(trial: &mut Trial) -> TrialResult {
     let grid = PaperGrid::paper()?;
     let [low, high] = extremes(
         grid.metrics

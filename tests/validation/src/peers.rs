@@ -4,9 +4,9 @@ use bristle::simulation::{Sample, Simulation, simulate_with_history};
 use serde::Deserialize;
 
 use super::chains::{extrapolated, paper_case, trajectory_rows, worse};
-use super::sources::Source;
+use super::sources::ReferenceSource;
 use super::tolerances::Tolerance;
-use super::trial::{Failure, Outcome, Trial};
+use super::trial::{Failure, Trial, TrialResult};
 use super::{sources, tolerances};
 
 /// An instant of another code's trajectory.
@@ -74,7 +74,7 @@ fn distances(history: &[Sample], rows: &[PeerInstant]) -> Result<[f64; 3], Failu
 struct Peer {
     code: &'static str,
     rows: &'static str,
-    source: &'static Source,
+    source: &'static ReferenceSource,
     /// Tolerances of the trajectory of the tip, the force over time, the metrics, and the peak
     /// force.
     tolerances: [&'static Tolerance; 4],
@@ -88,7 +88,7 @@ impl Peer {
         history: &[Sample],
         subject: &str,
         metrics: [f64; 5],
-    ) -> Outcome {
+    ) -> TrialResult {
         const METRICS: &str = include_str!("../../../benches/peers/trajectories/pass_metrics.csv");
         let rows: Vec<PeerInstant> = trajectory_rows(self.rows)?;
         let expected = trajectory_rows::<PeerMetrics>(METRICS)?
@@ -178,7 +178,7 @@ const ANCF: Peer = Peer {
 };
 
 /// The chain of 25 segments, stated again for the plane, by CasADi and CVODES at 1e-11.
-pub fn cvodes(trial: &mut Trial) -> Outcome {
+pub fn cvodes(trial: &mut Trial) -> TrialResult {
     let pass = pass(25)?;
     CVODES.compare(trial, &pass.history, "n = 25", metrics(&pass))
 }
@@ -188,7 +188,7 @@ pub fn cvodes(trial: &mut Trial) -> Outcome {
 ///
 /// Its axial stiffness is a thousand times that of the filament, as the chain does not stretch. The
 /// trajectory is for n = 200.
-pub fn ancf(trial: &mut Trial) -> Outcome {
+pub fn ancf(trial: &mut Trial) -> TrialResult {
     let (coarse, fine) = (pass(100)?, pass(200)?);
     let (of_coarse, of_fine) = (metrics(&coarse), metrics(&fine));
     let limits: [f64; 5] = std::array::from_fn(|i| extrapolated(of_coarse[i], of_fine[i]));

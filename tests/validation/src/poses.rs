@@ -11,7 +11,7 @@ use super::chains::{extrapolated, extrapolated_twice, paper_case};
 use super::exact::beam::cantilever_root;
 use super::exact::elastica::buckled_force;
 use super::exact::rotating_beam::splay;
-use super::trial::{Failure, Outcome, Trial};
+use super::trial::{Failure, Trial, TrialResult};
 use super::{sources, tolerances};
 
 /// Results of `derivations/passes.py poses`.
@@ -82,7 +82,7 @@ fn tip(settings: &Settings) -> [f64; 2] {
 /// little.
 ///
 /// Cups of the paper's filaments bend by up to 67 mm of 80 mm. SciPy minimises their `V`.
-pub fn splayed(trial: &mut Trial) -> Outcome {
+pub fn splayed(trial: &mut Trial) -> TrialResult {
     /// Distance of the clamp from the axis, over l_f: so near that the filament hardly bends.
     const NEAR: f64 = 3e-5;
     const SEGMENTS: [usize; 3] = [25, 50, 100];
@@ -154,7 +154,7 @@ fn flat_force(settings: &Settings) -> Result<f64, Failure> {
 ///
 /// SciPy finds the minimum of `V + ½ k_c δ²`. The slower the cup turns, the more its filament is a
 /// clamped-free elastica that has buckled.
-pub fn flat(trial: &mut Trial) -> Outcome {
+pub fn flat(trial: &mut Trial) -> TrialResult {
     const SEGMENTS: usize = 25;
     /// Velocity in m/s.
     const SLOW: f64 = 2.0;

@@ -7,7 +7,7 @@ use std::panic::catch_unwind;
 use std::path::{Path, PathBuf};
 
 use crate::tolerances::Measure;
-use crate::trial::{Check, Expected, Outcome, Trial};
+use crate::trial::{Check, Expected, Trial, TrialResult};
 
 /// The result of a trial.
 pub struct Report {
@@ -19,7 +19,7 @@ pub struct Report {
 
 impl Report {
     /// Computes a trial. A panic, which a defective solver can cause, fails only this trial.
-    pub fn new(name: &'static str, compute: fn(&mut Trial) -> Outcome) -> Self {
+    pub fn new(name: &'static str, compute: fn(&mut Trial) -> TrialResult) -> Self {
         let computed = catch_unwind(|| {
             let mut trial = Trial::default();
             compute(&mut trial).map(|()| trial.checks)

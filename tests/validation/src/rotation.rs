@@ -9,7 +9,7 @@ use super::chains::{extrapolated_twice, paper_case, unit_chain};
 use super::exact::beam::cantilever_root;
 use super::exact::rotating_beam::{RotatingBeam, southwell};
 use super::small_motion::{Direction, modes};
-use super::trial::{Failure, Outcome, Trial};
+use super::trial::{Failure, Trial, TrialResult};
 use super::{sources, tolerances};
 
 /// Numbers of segments of the extrapolated solutions.
@@ -32,7 +32,7 @@ fn chain_frequencies(
 ///
 /// `w⁗ − (T w′)′ = ω² w` with `T = Ω² [½ (1 − ξ²) + r (1 − ξ)]`, by Ritz's method. The squares of
 /// flap and lag differ by Ω² for a chain of any n. The first flap lies within Southwell's bounds.
-pub fn frequencies(trial: &mut Trial) -> Outcome {
+pub fn frequencies(trial: &mut Trial) -> TrialResult {
     const DIRECTIONS: [(Direction, &str); 2] =
         [(Direction::OutOfPlane, "flap"), (Direction::InPlane, "lag")];
     let paper = paper_case(25, 30.0, 1e-3)?;

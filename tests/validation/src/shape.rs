@@ -6,17 +6,17 @@ use bristle::model::settings::FilamentSettings;
 use bristle::tool::ClampMotion;
 
 use super::chains::{WALL, extrapolated, extrapolated_twice, unit_beam};
-use super::equilibrium::{Load, Shape, equilibrium};
+use super::equilibrium::{Load, RestingChain, equilibrium};
 use super::exact::taper::{first_frequency, turn_by_moment};
 use super::small_motion::{Direction, modes};
-use super::trial::{Failure, Outcome, Trial};
+use super::trial::{Failure, Trial, TrialResult};
 use super::{sources, tolerances};
 
 /// First frequency of a truncated cone, whose modes are Bessel functions of order 2.
 ///
 /// The damping of joints refers to the frequency of the beam, which the program computes by
 /// iteration.
-pub fn cone(trial: &mut Trial) -> Outcome {
+pub fn cone(trial: &mut Trial) -> TrialResult {
     const TAPERS: [f64; 4] = [0.1, 0.3, 0.5, 0.8];
     let filament = |taper: f64, segments: usize| {
         let beam = unit_beam(segments);
@@ -111,13 +111,13 @@ fn tip_of_beam(turn: f64) -> [f64; 2] {
 
 /// Tip of a wavy, tapered filament under an end moment `M`, which adds `∫ M/(E I) ds` to the
 /// relaxed angle: the integral of `(cos θ, sin θ)`.
-pub fn curved(trial: &mut Trial) -> Outcome {
+pub fn curved(trial: &mut Trial) -> TrialResult {
     const TURNS: [f64; 4] = [0.0, 0.5, 1.0, 2.0];
     const COARSE: usize = 100;
     const FINE: usize = 200;
     let tip = |segments: usize, turn: f64| -> Result<[f64; 2], Failure> {
         let chain: Chain<f64> = chain(&wavy(segments), [0.0; 3]);
-        let Shape { tip: [x, y, _], .. } = equilibrium(
+        let RestingChain { tip: [x, y, _], .. } = equilibrium(
             chain,
             Load {
                 force: [0.0; 3],

@@ -2,7 +2,7 @@
 
 /// A source.
 #[derive(Debug)]
-pub struct Source {
+pub struct ReferenceSource {
     /// Its name in the record.
     pub name: &'static str,
     /// The citation.
@@ -14,7 +14,7 @@ macro_rules! sources {
     ($($constant:ident = $citation:literal;)*) => {
         $(
             #[doc = $citation]
-            pub const $constant: &Source = &Source {
+            pub const $constant: &ReferenceSource = &ReferenceSource {
                 name: stringify!($constant),
                 citation: $citation,
             };

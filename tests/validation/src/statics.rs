@@ -6,9 +6,9 @@ use bristle::equations::Chain;
 use bristle::model::filament::bending_stiffness;
 
 use super::chains::{extrapolated, force_at, paper_case, unit_chain};
-use super::equilibrium::{Load, Shape, equilibrium};
+use super::equilibrium::{Load, RestingChain, equilibrium};
 use super::exact::elastica::{TipLoad, arc, buckled_force, hanging_tip};
-use super::trial::{Failure, Outcome, Trial};
+use super::trial::{Failure, Trial, TrialResult};
 use super::{sources, tolerances};
 
 /// Numbers of segments of the two extrapolated solutions.
@@ -22,7 +22,7 @@ const PARTS: usize = 16;
 ///
 /// A load that is inclined to the plane of rotation moves both φ and θ. It must bend the beam as
 /// far.
-pub fn tip_load(trial: &mut Trial) -> Outcome {
+pub fn tip_load(trial: &mut Trial) -> TrialResult {
     const ALPHAS: [f64; 8] = [0.25, 0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0];
     const QUANTITIES: [&str; 3] = ["w/L", "Δ/L", "tip angle in rad"];
     // Deflection, shortening and angle of the tip under a load along y, or inclined to the plane of
@@ -32,7 +32,7 @@ pub fn tip_load(trial: &mut Trial) -> Outcome {
             force: across.map(|component| alpha * component),
             moment: 0.0,
         };
-        let Shape {
+        let RestingChain {
             tip: [x, y, z],
             last: [polar, azimuth],
             ..
@@ -94,7 +94,7 @@ pub fn tip_load(trial: &mut Trial) -> Outcome {
 /// At `M = 2π E I/L` the chain is a closed regular polygon for every n. The joint at the clamp has
 /// the stiffness `2 E I/h`. It shows in the angle π/n of the first segment, and in the order of
 /// `w/L`.
-pub fn end_moment(trial: &mut Trial) -> Outcome {
+pub fn end_moment(trial: &mut Trial) -> TrialResult {
     const TURNS: [(f64, &str); 3] = [(FRAC_PI_2, "π/2"), (PI, "π"), (1.5 * PI, "3π/2")];
     let bend = |segments: usize, turn: f64| {
         equilibrium(
@@ -154,7 +154,7 @@ pub fn end_moment(trial: &mut Trial) -> Outcome {
 
 /// Tip of a beam that is clamped horizontally and bends under its own weight, from `κ = 0.1`, where
 /// `w/L ≈ κ/8`, to `κ = 50`, with `κ = ρ A g L³/(E I)`.
-pub fn hanging(trial: &mut Trial) -> Outcome {
+pub fn hanging(trial: &mut Trial) -> TrialResult {
     const QUANTITIES: [&str; 2] = ["x_tip/L", "w/L"];
     let hang = |segments: usize, kappa: f64| -> Result<[f64; 2], Failure> {
         let chain = Chain {
@@ -192,7 +192,7 @@ pub fn hanging(trial: &mut Trial) -> Outcome {
 ///
 /// The filament is a clamped-free column that has buckled by `a_e − F_n/k_c`. Vibrations of the
 /// entry have decayed. Results are extrapolated from two velocities and two n.
-pub fn buckled(trial: &mut Trial) -> Outcome {
+pub fn buckled(trial: &mut Trial) -> TrialResult {
     // Number of segments and brushing velocity in m/s of the coarse solution. The fine one has
     // twice the number and half the velocity.
     let (segments, velocity, tolerance) = (50, 0.02, 1e-8);

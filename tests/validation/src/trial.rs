@@ -2,14 +2,14 @@
 
 use std::error::Error;
 
-use crate::sources::{self, Source};
+use crate::sources::{self, ReferenceSource};
 use crate::tolerances::{self, Measure, Tolerance};
 
 /// The reason why a trial cannot be computed. It then fails.
 pub type Failure = Box<dyn Error + Send + Sync>;
 
 /// The end of a trial.
-pub type Outcome = Result<(), Failure>;
+pub type TrialResult = Result<(), Failure>;
 
 /// Comparisons with one reference.
 #[derive(Default)]
@@ -26,7 +26,7 @@ impl Trial {
         subject: impl Into<String>,
         quantity: &'static str,
         expected: impl Into<Expected>,
-        source: &'static Source,
+        source: &'static ReferenceSource,
         computed: f64,
         tolerance: &'static Tolerance,
     ) {
@@ -67,7 +67,7 @@ impl Trial {
         &mut self,
         subject: impl Into<String>,
         quantity: &'static str,
-        source: &'static Source,
+        source: &'static ReferenceSource,
         computed: f64,
         tolerance: &'static Tolerance,
     ) {
@@ -100,7 +100,7 @@ pub struct Check {
     /// The reference.
     pub expected: Expected,
     /// The source of the reference.
-    pub source: &'static Source,
+    pub source: &'static ReferenceSource,
     /// Bristle's result.
     pub computed: f64,
     /// The allowed error.

@@ -16,7 +16,7 @@ use super::chains::{
 };
 use super::exact::beam::{cantilever_root, hanging_rope};
 use super::small_motion::{Direction, modes};
-use super::trial::{Failure, Outcome, Trial, logarithmic_slope};
+use super::trial::{Failure, Trial, TrialResult, logarithmic_slope};
 use super::{sources, tolerances};
 
 /// Number of modes compared.
@@ -31,7 +31,7 @@ fn frequencies<const N: usize>(chain: Chain<f64>, direction: Direction) -> [f64;
 /// First five frequencies of a cantilever, `(β_k L)²` with the roots of `cos βL cosh βL = −1`.
 ///
 /// Chain and beam agree in and out of the plane of rotation. Orders are those between successive n.
-pub fn cantilever(trial: &mut Trial) -> Outcome {
+pub fn cantilever(trial: &mut Trial) -> TrialResult {
     const COMPARED: [usize; 5] = [5, 10, 25, 50, 100];
     let exact: [f64; MODES] = std::array::from_fn(|i| cantilever_root(i + 1).powi(2));
     let at = |segments: usize, direction| frequencies::<MODES>(unit_chain(segments), direction);
@@ -149,7 +149,7 @@ fn swing(segments: usize, damping_ratio: f64, direction: Direction) -> Result<[f
 
 /// Damping ratio and frequency `ω_d = Ω_1 √(1 − ζ²)` of a filament that is released from its first
 /// mode of 1 mrad, from the extremes of its tip and their times.
-pub fn damping(trial: &mut Trial) -> Outcome {
+pub fn damping(trial: &mut Trial) -> TrialResult {
     for (damping_ratio, direction, name) in [
         (0.01, Direction::InPlane, "in the plane"),
         (0.05, Direction::InPlane, "in the plane"),
@@ -187,7 +187,7 @@ pub fn damping(trial: &mut Trial) -> Outcome {
 }
 
 /// Frequencies `½ j_{0,k} √(g/L)` of a hanging chain without stiffness, which is a rope.
-pub fn hanging_chain(trial: &mut Trial) -> Outcome {
+pub fn hanging_chain(trial: &mut Trial) -> TrialResult {
     const HANGING_MODES: usize = 3;
     // The tension vanishes at the tip, where the chain is coarsest: more segments than a beam
     // needs.

@@ -2,7 +2,7 @@
 
 use bristle_codegen::ir::kernel::{Kernel, Output};
 use bristle_codegen::ir::unit::Unit;
-use bristle_codegen::model::chain::{Motion, Shape, VELOCITY};
+use bristle_codegen::model::chain::{Motion, RelaxedShape, VELOCITY};
 use bristle_codegen::model::lagrange::{WholeEquations, whole_equations_with};
 use bristle_codegen::model::whole::Purpose;
 use bristle_codegen::passes::calculus::gradient;
@@ -10,7 +10,7 @@ use bristle_codegen::passes::calculus::gradient;
 /// A chain of three segments whose tip adheres to the plane `y = 0`, with Morse's potential
 /// `W ((1 − exp(−y/λ))² − 1)` and a smoothed dry damper, `D = F v tanh(v/v_s)`, where `v = ẏ`.
 fn equations() -> WholeEquations {
-    whole_equations_with(3, Motion::Planar, Shape::default(), |chain| {
+    whole_equations_with(3, Motion::Planar, RelaxedShape::default(), |chain| {
         let depth = chain.constant("adhesion_energy", "W", Unit::JOULE);
         let range = chain.constant("adhesion_range", "λ", Unit::METRE);
         let force = chain.constant("damper_force", "F", Unit::NEWTON);

@@ -16,7 +16,7 @@ use crate::back::json::format::{
 };
 use crate::ir::constant::Constant;
 use crate::ir::graph::{Graph, Node, NodeId};
-use crate::ir::kernel::{Input, Kernel, Output, Shape};
+use crate::ir::kernel::{Kernel, KernelInput, Output, OutputShape};
 use crate::ir::naming::camel_case;
 use crate::ir::unit::Unit;
 use crate::passes::dimension;
@@ -412,7 +412,7 @@ impl KernelEntry {
                 }
                 checked.push((element, node));
             }
-            checked_inputs.push(Input::new(&name, &doc, checked));
+            checked_inputs.push(KernelInput::new(&name, &doc, checked));
         }
 
         if outputs.is_empty() {
@@ -435,12 +435,12 @@ impl KernelEntry {
             text("text", &format!("output `{name}`"), &doc, false)?;
             let elements = operations.len();
             let shape = match shape[..] {
-                [] if elements == 1 => Shape::Scalar,
-                [length] if length == elements && length > 0 => Shape::Vector(length),
+                [] if elements == 1 => OutputShape::Scalar,
+                [length] if length == elements && length > 0 => OutputShape::Vector(length),
                 [rows, columns]
                     if rows > 0 && columns > 0 && rows.checked_mul(columns) == Some(elements) =>
                 {
-                    Shape::Matrix(rows, columns)
+                    OutputShape::Matrix(rows, columns)
                 }
                 _ => {
                     return Err(format!(

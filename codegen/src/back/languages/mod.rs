@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, HashSet};
 
 use crate::ir::constant::Constant;
 use crate::ir::graph::{Graph, Node, NodeId};
-use crate::ir::kernel::{Input, Kernel, Output, Shape, computed_operands};
+use crate::ir::kernel::{Kernel, KernelInput, Output, OutputShape, computed_operands};
 use crate::ir::naming::{camel_case, is_identifier};
 use crate::ir::notation::{ATOM, Notation, POWER, PRODUCT, QUOTIENT, SUM, Written};
 use crate::ir::writer::Writer;
@@ -55,7 +55,7 @@ pub trait Dialect {
     fn assignment(&self, name: &str, value: &str) -> String;
 
     /// The expression that stands for an input.
-    fn argument(&self, input: &Input) -> String {
+    fn argument(&self, input: &KernelInput) -> String {
         input.name.clone()
     }
 
@@ -135,7 +135,7 @@ fn variables_of(kernel: &Kernel) -> impl Iterator<Item = (&str, &'static str)> {
             structures.push(structure);
         }
     }
-    let is_in_structure = move |input: &Input, name: &str| {
+    let is_in_structure = move |input: &KernelInput, name: &str| {
         input
             .place
             .as_ref()
@@ -170,9 +170,9 @@ impl<'a> Intermediates<'a> {
         for output in &kernel.outputs {
             for (k, &node) in output.nodes.iter().enumerate() {
                 let name = match output.shape {
-                    Shape::Scalar => output.name.clone(),
-                    Shape::Vector(_) => format!("{}_{k}", output.name),
-                    Shape::Matrix(_, columns) => {
+                    OutputShape::Scalar => output.name.clone(),
+                    OutputShape::Vector(_) => format!("{}_{k}", output.name),
+                    OutputShape::Matrix(_, columns) => {
                         format!("{}_{}_{}", output.name, k / columns, k % columns)
                     }
                 };
@@ -363,7 +363,7 @@ impl FunctionBody {
         let mut writer = Writer::new(&kernel.graph, &notation);
         let (mut statements, mut unused) = (String::new(), Vec::new());
         for input in &kernel.inputs {
-            let Input { name, elements, .. } = input;
+            let KernelInput { name, elements, .. } = input;
             let is_used = |node: NodeId| uses[node.index()] > 0;
             if !elements.iter().any(|&(_, node)| is_used(node)) {
                 unused.push(name.clone());

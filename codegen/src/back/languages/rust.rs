@@ -2,7 +2,7 @@
 //! or on `f64`.
 //!
 //! Kernels whose results have the same fields share one type, whatever the sizes of the fields, so
-//! that callers can be generic in the sizes. Inputs of a [`Group`] are one argument.
+//! that callers can be generic in the sizes. Inputs of an [`InputGroup`] are one argument.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -13,7 +13,7 @@ use quote::{ToTokens, format_ident, quote};
 use crate::back::languages::{Dialect, FunctionBody, check_names};
 use crate::back::source::{Origin, count_operations, header};
 use crate::ir::constant::Constant;
-use crate::ir::kernel::{Group, Input, Kernel, Output, Shape};
+use crate::ir::kernel::{InputGroup, Kernel, KernelInput, Output, OutputShape};
 use crate::ir::naming::camel_case;
 use crate::ir::notation::SUM;
 
@@ -22,7 +22,7 @@ const MAX_INLINED_OPERATIONS: usize = 1000;
 
 /// The scalar type of emitted Rust.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scalar {
+pub enum RustScalar {
     /// Any type with the trait `Real`, as Bristle's runtime defines it, which must be in scope.
     Generic,
     /// `f64`. Derivatives of `S` need a function `half_angle_squared(order: u8, u: f64) -> f64` in
@@ -30,7 +30,7 @@ pub enum Scalar {
     Double,
 }
 
-impl Scalar {
+impl RustScalar {
     fn kind(self) -> TokenStream {
         match self {
             Self::Generic => quote!(T),
@@ -64,7 +64,7 @@ impl Scalar {
 /// The kernel that cannot be written, and why.
 pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, String> {
     // Items come first, because their errors name the kernel.
-    let items = items(kernels, Scalar::Generic)?;
+    let items = items(kernels, RustScalar::Generic)?;
     Ok(header(kernels, origin, "//")? + &items)
 }
 
@@ -72,12 +72,12 @@ pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, String> {
 ///
 /// # Errors
 /// The kernel that cannot be written, and why.
-pub fn items(kernels: &[Kernel], scalar: Scalar) -> Result<String, String> {
+pub fn items(kernels: &[Kernel], scalar: RustScalar) -> Result<String, String> {
     check_names(kernels, RESERVED)?;
     let mut text = String::new();
     let arguments: Vec<Vec<Argument>> = kernels.iter().map(arguments).collect::<Result<_, _>>()?;
     let mut structures = BTreeMap::new();
-    let mut groups: Vec<&Group> = Vec::new();
+    let mut groups: Vec<&InputGroup> = Vec::new();
     for argument in arguments.iter().flatten() {
         groups.extend(argument.group.filter(|group| !groups.contains(group)));
     }
@@ -150,9 +150,9 @@ fn lines(doc: &str) -> impl Iterator<Item = String> {
 struct Argument<'a> {
     name: &'a str,
     /// Its type, if it is a structure.
-    group: Option<&'static Group>,
+    group: Option<&'static InputGroup>,
     /// The inputs in it, in the order of the fields, each with the expression that stands for it.
-    inputs: Vec<(&'a Input, String)>,
+    inputs: Vec<(&'a KernelInput, String)>,
 }
 
 impl Argument<'_> {
@@ -165,7 +165,11 @@ impl Argument<'_> {
             .collect()
     }
 
-    fn declaration(&self, scalar: Scalar, structures: &BTreeMap<&str, Structure>) -> TokenStream {
+    fn declaration(
+        &self,
+        scalar: RustScalar,
+        structures: &BTreeMap<&str, Structure>,
+    ) -> TokenStream {
         let (name, sizes) = (format_ident!("{}", self.name), self.sizes());
         let kind = match self.group {
             Some(group) => structures[group.name].with(&sizes),
@@ -211,7 +215,7 @@ fn arguments(kernel: &Kernel) -> Result<Vec<Argument<'_>>, String> {
     } in &mut arguments
     {
         let Some(group) = group else { continue };
-        let field = |input: &Input| input.place.as_ref().map(|place| place.field);
+        let field = |input: &KernelInput| input.place.as_ref().map(|place| place.field);
         let order = |input| {
             group
                 .fields
@@ -232,7 +236,7 @@ fn arguments(kernel: &Kernel) -> Result<Vec<Argument<'_>>, String> {
 
 /// The name of a parameter. A scalar is named like its element, because names of elements differ
 /// from each other and from those of arrays.
-fn parameter_name(input: &Input) -> &str {
+fn parameter_name(input: &KernelInput) -> &str {
     match &input.elements[..] {
         [(element, _)] => element,
         _ => &input.name,
@@ -240,7 +244,7 @@ fn parameter_name(input: &Input) -> &str {
 }
 
 /// The type of an array of these sizes, from the outermost inwards.
-fn array(scalar: Scalar, sizes: &[impl ToTokens]) -> TokenStream {
+fn array(scalar: RustScalar, sizes: &[impl ToTokens]) -> TokenStream {
     sizes
         .iter()
         .rev()
@@ -250,7 +254,7 @@ fn array(scalar: Scalar, sizes: &[impl ToTokens]) -> TokenStream {
 /// A structure for several sizes of its fields.
 struct Structure {
     name: String,
-    scalar: Scalar,
+    scalar: RustScalar,
     /// The sizes of all fields as they are declared: a number where all uses agree, else a
     /// parameter.
     sizes: Vec<TokenStream>,
@@ -260,7 +264,7 @@ struct Structure {
 
 impl Structure {
     /// The structure of these `uses`, each with the sizes of all fields.
-    fn new(name: String, scalar: Scalar, uses: &[Vec<usize>]) -> Self {
+    fn new(name: String, scalar: RustScalar, uses: &[Vec<usize>]) -> Self {
         let (mut sizes, mut parameters) = (Vec::new(), Vec::new());
         for (place, &size) in uses[0].iter().enumerate() {
             if uses.iter().all(|sizes| sizes[place] == size) {
@@ -378,7 +382,7 @@ const RESERVED: &str = "\
 
 /// Rust, with the expressions that stand for inputs.
 struct Rust<'a> {
-    scalar: Scalar,
+    scalar: RustScalar,
     places: BTreeMap<&'a str, &'a str>,
 }
 
@@ -393,29 +397,29 @@ impl Dialect for Rust<'_> {
 
     fn library(&self) -> &'static str {
         match self.scalar {
-            Scalar::Generic => "T::",
-            Scalar::Double => "f64::",
+            RustScalar::Generic => "T::",
+            RustScalar::Double => "f64::",
         }
     }
 
     fn number(&self, value: Constant) -> String {
         match self.scalar {
-            Scalar::Generic => format!("T::from_f64({:?})", value.value()),
-            Scalar::Double => format!("{:?}", value.value()),
+            RustScalar::Generic => format!("T::from_f64({:?})", value.value()),
+            RustScalar::Double => format!("{:?}", value.value()),
         }
     }
 
     fn less_than(&self, a: &str, b: &str) -> String {
         match self.scalar {
-            Scalar::Generic => format!("T::less_than({a}, {b})"),
-            Scalar::Double => format!("f64::from({a} < {b})"),
+            RustScalar::Generic => format!("T::less_than({a}, {b})"),
+            RustScalar::Double => format!("f64::from({a} < {b})"),
         }
     }
 
     fn half_angle_squared(&self, order: u8, u: &str) -> String {
         match self.scalar {
-            Scalar::Generic => format!("T::half_angle_squared::<{order}>({u})"),
-            Scalar::Double => format!("half_angle_squared({order}, {u})"),
+            RustScalar::Generic => format!("T::half_angle_squared::<{order}>({u})"),
+            RustScalar::Double => format!("half_angle_squared({order}, {u})"),
         }
     }
 
@@ -423,14 +427,14 @@ impl Dialect for Rust<'_> {
         format!("let {name} = {value};\n")
     }
 
-    fn argument(&self, input: &Input) -> String {
+    fn argument(&self, input: &KernelInput) -> String {
         self.places[input.name.as_str()].into()
     }
 }
 
 fn function(
     kernel: &Kernel,
-    scalar: Scalar,
+    scalar: RustScalar,
     arguments: &[Argument],
     structures: &BTreeMap<&str, Structure>,
     result: &Structure,
@@ -455,7 +459,7 @@ fn function(
     let parameters = arguments
         .iter()
         .map(|argument| argument.declaration(scalar, structures));
-    let generic = (scalar == Scalar::Generic).then(|| quote!(<T: Real>));
+    let generic = (scalar == RustScalar::Generic).then(|| quote!(<T: Real>));
     let attribute = scalar.attribute();
     let head = format(quote! {
         #(#[doc = #docs])*
@@ -468,7 +472,7 @@ fn function(
         .strip_suffix('}')
         .expect("a function ends with its body");
 
-    let is_unused = |(input, _): &(&Input, String)| body.unused.contains(&input.name);
+    let is_unused = |(input, _): &(&KernelInput, String)| body.unused.contains(&input.name);
     let unused = arguments
         .iter()
         .filter(|argument| argument.inputs.iter().all(is_unused));
@@ -489,9 +493,9 @@ fn function(
 fn value(output: &Output, body: &FunctionBody) -> String {
     let values = body.values(output);
     let value = match output.shape {
-        Shape::Scalar => values.concat(),
-        Shape::Vector(_) => format!("[{}]", values.join(", ")),
-        Shape::Matrix(_, columns) => {
+        OutputShape::Scalar => values.concat(),
+        OutputShape::Vector(_) => format!("[{}]", values.join(", ")),
+        OutputShape::Matrix(_, columns) => {
             let rows: Vec<String> = values
                 .chunks(columns)
                 .map(|row| format!("[{}]", row.join(", ")))

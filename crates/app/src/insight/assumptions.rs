@@ -1,9 +1,9 @@
-//! Settings that decide the force and that the input file leaves to their defaults: the values that
-//! are assumed, and what a change of each does.
+//! Settings that decide the force and that the input file leaves to their defaults: the assumed
+//! values, and the effect of a change of each.
 //!
-//! Each is changed alone, by a tenth, in a pass of its own. The defaults are those of one brush,
-//! and another brush has others. Friction comes first: no other setting that is assumed may be as
-//! far from its value, and move the force as much.
+//! Each setting is changed alone, by a tenth, in a pass of its own. The defaults describe one
+//! brush; another brush has other values. Friction comes first: no other assumed setting may be as
+//! wrong and move the force as much.
 
 use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
@@ -26,7 +26,7 @@ pub struct Assumptions {
     /// Row of the contact in `runs.csv`, counted from 1 below the heading; `None` for a contact of
     /// its own.
     pub row: Option<usize>,
-    /// Velocity and depth of the contact, and whose it is if not that of all filaments.
+    /// Velocity and depth of the contact, and its filaments if it does not stand for all of them.
     pub place: String,
     /// The settings: friction, then the others in the order of the table of settings.
     pub list: Vec<ForceSensitivity>,
@@ -54,14 +54,14 @@ impl Assumptions {
         }
     }
 
-    /// The same, where a `material` of the input file states some of them.
+    /// Adds the `material` of the input file, which states some of the settings.
     #[must_use]
     pub fn with_material(self, material: Option<&'static Material>) -> Self {
         Self { material, ..self }
     }
 
-    /// What to know of the settings: where to read about friction, whether the force is near a
-    /// resonance, and which of the settings come from a material.
+    /// Returns notes on the settings: documentation about friction, a resonance near the contact,
+    /// and settings that come from a material.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         [
@@ -74,8 +74,8 @@ impl Assumptions {
         .collect()
     }
 
-    /// The setting of the filament that changes the force most, and the share by which it does, if
-    /// that is so much that the contact is near a resonance.
+    /// Returns the setting of the filament that changes the force most, and the share of the
+    /// change. `None` unless the change is large enough for a contact near a resonance.
     pub(crate) fn resonance(&self) -> Option<(&'static str, f64)> {
         let of_filament = self
             .list
@@ -128,8 +128,8 @@ impl Assumptions {
         })
     }
 
-    /// [`Assumptions::of_contact`] for the case of a study with the highest tool force. What the
-    /// study sweeps is not one of them.
+    /// Returns [`Assumptions::of_contact`] for the case of a study with the highest tool force,
+    /// without swept settings.
     #[must_use]
     pub fn of_study(study: &Study, results: &[CaseResult], statement: &Statement) -> Self {
         let force = |case: &usize| {
@@ -168,8 +168,8 @@ impl Assumptions {
         }
     }
 
-    /// The settings as a table, with prose in lines of at most `width` columns; empty if there are
-    /// none.
+    /// Returns the settings as a table, with prose in lines of at most `width` columns. Empty
+    /// without settings.
     #[must_use]
     pub fn text(&self, width: usize) -> String {
         if self.list.is_empty() {

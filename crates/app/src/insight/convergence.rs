@@ -6,7 +6,7 @@
 
 use std::io::{self, Write};
 
-use crate::store::results::Origin;
+use crate::store::results::BuildOrigin;
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::{Parameter, Violation};
 use bristle::model::record::{Column, Record};
@@ -523,7 +523,7 @@ impl Convergence {
                 "metrics": metrics,
             })
         };
-        let Origin { version, equations } = Origin::here();
+        let BuildOrigin { version, equations } = BuildOrigin::here();
         let whole = json!({
             "version": version,
             "equations": equations,

@@ -1,8 +1,8 @@
-//! Findings: results that are not what they seem, as values.
+//! Findings: statements about results that are not resolved or misleading, as values.
 //!
-//! A [`Rule`] judges one case. What it finds in a contact, a brush or the cases of a study is a
-//! [`Finding`], which the terminal, files and Python show alike. Its `id` is looked up by `bristle
-//! explain B003` and silenced by `--ignore B003`.
+//! A [`Rule`] judges one case. Its result for a contact, a brush or the cases of a study is a
+//! [`Finding`]. The terminal, files and Python show the same finding. `bristle explain B003`
+//! explains an `id`, `--ignore B003` silences it.
 
 use std::f64::consts::TAU;
 use std::fmt::{self, Display, Formatter};
@@ -28,7 +28,7 @@ use serde::Serialize;
 pub struct JudgedCase<'a> {
     /// Its settings, at the depth that was found if they state a force.
     pub settings: &'a Settings,
-    /// The force in N that was asked for in place of a depth.
+    /// The force in N that the settings state in place of a depth.
     pub asked_n: Option<f64>,
     /// Its result; `None` if it failed.
     pub outcome: Option<JudgedResult<'a>>,
@@ -39,7 +39,7 @@ pub struct JudgedCase<'a> {
 pub struct JudgedResult<'a> {
     /// Its metrics.
     pub metrics: &'a Metrics,
-    /// The work of its pass; `None` of a brush that is no case of a study.
+    /// Statistics of its pass; `None` for a brush that is not a case of a study.
     pub statistics: Option<&'a Statistics>,
     /// Results of a brush beyond its metrics.
     pub interaction: Option<&'a Interaction>,
@@ -50,11 +50,11 @@ pub struct JudgedResult<'a> {
 struct Judgement {
     value: f64,
     limit: f64,
-    /// The ratio of the two, larger where the value is worse.
+    /// Ratio of value and limit, or its inverse: larger where the value is worse.
     excess: f64,
 }
 
-/// The judgement about a value that must not exceed a limit; `None` if it does not.
+/// Judges a value that must not exceed a limit; `None` if it does not.
 fn above(value: f64, limit: f64) -> Option<Judgement> {
     let excess = value / limit;
     (value > limit).then_some(Judgement {
@@ -64,7 +64,7 @@ fn above(value: f64, limit: f64) -> Option<Judgement> {
     })
 }
 
-/// The judgement about a value that must not fall below a limit.
+/// Judges a value that must not fall below a limit; `None` if it does not.
 fn below(value: f64, limit: f64) -> Option<Judgement> {
     let excess = limit / value;
     (value < limit).then_some(Judgement {
@@ -74,7 +74,7 @@ fn below(value: f64, limit: f64) -> Option<Judgement> {
     })
 }
 
-/// Judgement that can be made about a case.
+/// Test of a case, with its message.
 pub struct Rule {
     /// Its number.
     pub id: &'static str,
@@ -102,7 +102,7 @@ pub struct Finding {
     pub value: f64,
     /// The limit there.
     pub limit: f64,
-    /// The rows of `runs.csv` in which it is so; empty of one contact or brush.
+    /// Rows of `runs.csv` with this finding; empty for one contact or brush.
     pub rows: Vec<usize>,
     /// The finding in a sentence.
     pub statement: String,
@@ -111,30 +111,30 @@ pub struct Finding {
     pub help: Option<String>,
 }
 
-/// The share of an edge's radius down to which the contact law is meant for it.
+/// Largest penetration for which the contact law is meant, as a share of an edge's radius.
 const DEEPEST_SHARE: f64 = 0.5;
 /// Shares of `a_e` and of `d` up to which a contact is stiff (MODEL, "Contact that converges with
 /// the number of segments").
 const STIFF_DEPTH_SHARE: f64 = 1.0 / 20.0;
 const STIFF_DIAMETER_SHARE: f64 = 1.0 / 4.0;
-/// The share of its vibration above which a filament comes back still vibrating.
+/// Share of the vibration that may be left when a filament comes back.
 const VIBRATING_SHARE: f64 = 0.05;
-/// Error estimate of the impulse and residual of the energy of a brush, in tolerances. Its steps are
-/// chosen such that its estimate is below the former.
+/// Limits on the error estimate of the impulse and on the energy residual of a brush, in
+/// tolerances. The step-size control keeps the estimate below the former.
 const ERROR_TOLERANCES: f64 = 3.0;
 const ENERGY_TOLERANCES: f64 = 10.0;
-/// The depth in m below which filaments of a real brush do not touch alike (MODEL, "Force instead
-/// of depth").
+/// Roundness of a real brush in m: at a smaller depth its filaments do not touch alike (MODEL,
+/// "Force instead of depth").
 const ROUNDNESS_M: f64 = 1e-4;
-/// The relative difference from the force that is asked for, above which none closer to it exists.
+/// Relative difference from the stated force above which no depth gives a closer force.
 const JUMP: f64 = 2e-3;
-/// Tips closer than so many diameters are pressed onto the workpiece by the filaments behind, if
-/// their contact lasts longer than a share of the first period (docs/notes.md). Others keep
-/// each other off it.
+/// Spacing of tips in diameters, and length of the contact in first periods. Below the former and
+/// above the latter, filaments press those before them onto the workpiece (docs/notes.md). Other
+/// filaments keep each other off the workpiece.
 const CROWDED: f64 = 1.4;
 const PRESSED_PERIODS: f64 = 0.75;
 
-/// Contact time ratio from which on filaments sweep for most of their way (docs/speed-and-depth.md).
+/// Contact time ratio above which filaments sweep for most of their way (docs/speed-and-depth.md).
 const CLEARLY_SWEEPING: f64 = 0.6;
 
 /// The setting that makes a filament imperfect.
@@ -148,7 +148,7 @@ fn packed_alone(case: &JudgedCase<'_>) -> Option<Judgement> {
         .flatten()
 }
 
-/// The rule about settings that were fitted to forces of filaments that touch.
+/// Rule on settings that were fitted with filaments alone, although they touch.
 const BIAS: Rule = Rule {
     id: "B015",
     quantity: "tool.filament_count",
@@ -169,13 +169,13 @@ const BIAS: Rule = Rule {
     },
 };
 
-/// All rules, in the order in which findings are told.
+/// All rules, in the order of the output.
 pub const RULES: &[Rule] = &[
     Rule {
         id: "B001",
         quantity: "unresolved_steps",
-        meaning: "The work of a pass is limited. Steps that miss the relative tolerance leave the impulse good to about 1 %, contact \
-                  times and peak forces to some ten per cent; the lateral amplification means nothing.",
+        meaning: "The work of a pass is limited. Steps that miss the relative tolerance leave the impulse good to about 1 %. \
+                  Contact times and peak forces are then good to some ten per cent, and the lateral amplification has no meaning.",
         judge: |case| above(case.outcome?.statistics?.unresolved_steps as f64, 0.0),
         statement: |value, _| {
             format!("{value} steps of the pass miss the tolerance, since its work is limited")
@@ -185,9 +185,10 @@ pub const RULES: &[Rule] = &[
     Rule {
         id: "B002",
         quantity: "tool.filament_count",
-        meaning: "Filaments whose tips are closer than 3.5 diameters touch each other, but each is simulated alone. Neighbours keep each \
-                  other off the workpiece, so that the force is lower; in dense trims with long contacts they press each other onto it. \
-                  A section [brush] simulates them together, on radial trims. See docs/notes.md, \"Where it matters\".",
+        meaning: "Filaments whose tips are closer than 3.5 diameters touch each other, but each is simulated alone. Neighbours \
+                  keep each other off the workpiece, so that the force is lower. In dense trims with long contacts they press each \
+                  other onto it. A section [brush] simulates them together, on radial trims. See docs/notes.md, \"Where it \
+                  matters\".",
         judge: packed_alone,
         statement: |value, _| {
             format!(
@@ -213,7 +214,7 @@ pub const RULES: &[Rule] = &[
     Rule {
         id: "B003",
         quantity: "max_penetration_m",
-        meaning: "Nodes penetrate the workpiece by more than a twentieth of a_e or a quarter of d: the contact is softer than the \
+        meaning: "Nodes penetrate the workpiece by more than a twentieth of a_e or a quarter of d. The contact is softer than the \
                   workpiece can be, and results depend on contact.stiffness_n_m.",
         judge: |case| {
             let (settings, metrics) = (case.settings, case.outcome?.metrics);
@@ -263,7 +264,7 @@ pub const RULES: &[Rule] = &[
     Rule {
         id: "B005",
         quantity: "contact_count",
-        meaning: "Centrifugal forces splay the filaments of a cup or a cone, whose tips then lie less deep than those of the tool at rest.",
+        meaning: "Centrifugal forces splay the filaments of a cup or a cone. Their tips then lie less deep than at rest.",
         judge: |case| {
             let metrics = case.outcome?.metrics;
             let is_free = !Trim::of(case.settings).is_radial()
@@ -279,8 +280,8 @@ pub const RULES: &[Rule] = &[
     Rule {
         id: "B006",
         quantity: "lateral_amplification",
-        meaning: "A pass that amplifies a lateral imperfection more than a hundred times is laterally unstable: a small tilt of the \
-                  filament can change the force.",
+        meaning: "A pass that amplifies a lateral imperfection more than a hundred times is laterally unstable. A small tilt of \
+                  the filament can then change the force.",
         judge: |case| {
             let metrics = case.outcome?.metrics;
             metrics
@@ -328,8 +329,8 @@ pub const RULES: &[Rule] = &[
     Rule {
         id: "B008",
         quantity: "process.turns",
-        meaning: "A pass begins with a straight filament at rest. A filament of a fast brush comes back still vibrating, and its impulse \
-                  then differs from that of its first pass (MODEL, \"Turns\").",
+        meaning: "A pass begins with a straight filament at rest. A filament of a fast brush comes back still vibrating. Its \
+                  impulse then differs from that of its first pass (MODEL, \"Turns\").",
         judge: |case| {
             case.outcome?;
             left_out(case.settings)
@@ -392,8 +393,8 @@ pub const RULES: &[Rule] = &[
     Rule {
         id: "B012",
         quantity: "tool_contact_normal_force_n",
-        meaning: "The force jumps past the one that is asked for: contact sets in or ends at this depth, or the turns do not become \
-                  steady. A slightly different force or speed may have a depth.",
+        meaning: "The force jumps past the stated one: contact sets in or ends at this depth, or the turns do not become steady. A \
+                  slightly different force or speed may have a depth.",
         judge: |case| {
             let (asked_n, force_n) = (
                 case.asked_n?,
@@ -418,9 +419,9 @@ pub const RULES: &[Rule] = &[
     Rule {
         id: "B014",
         quantity: "contact.friction_coefficient",
-        meaning: "In a bore narrower than the brush a straight filament is pressed along its own axis. Without friction it would buckle to \
-                  either side; the pass starts with a lean of 0.001 rad against the rotation, which decides it. Real filaments rub, and \
-                  trail.",
+        meaning: "In a bore narrower than the brush a straight filament is pressed along its own axis. Without friction it would \
+                  buckle to either side. The pass starts with a lean of 0.001 rad against the rotation, which decides the side. \
+                  Real filaments rub, and trail.",
         judge: |case| {
             case.outcome?;
             case.settings.starts_leaning().then_some(Judgement {
@@ -462,7 +463,7 @@ pub const RULES: &[Rule] = &[
     },
 ];
 
-/// The rule with an id, whatever the case of its letter.
+/// Returns the rule with an id; the case of its letter does not matter.
 #[must_use]
 pub fn rule(id: &str) -> Option<&'static Rule> {
     RULES
@@ -482,7 +483,7 @@ impl Display for Rule {
 }
 
 impl Finding {
-    /// It as a warning.
+    /// Returns the finding as a warning.
     #[must_use]
     pub fn warning(&self) -> Warning {
         let warning = Warning::new(self.statement.clone()).with_id(self.id);
@@ -503,8 +504,8 @@ pub fn judge_case(case: &JudgedCase<'_>) -> Vec<Finding> {
     RULES.iter().filter_map(of_rule).collect()
 }
 
-/// Applies the rules to the cases of a study. The case that is worst of each rule stands for all;
-/// of equal ones the first.
+/// Applies the rules to the cases of a study. The worst case of each rule stands for all; the first
+/// one among equals.
 #[must_use]
 pub fn judge_study(study: &Study, results: &[CaseResult]) -> Vec<Finding> {
     let settings: Vec<Settings> = results
@@ -598,7 +599,7 @@ pub(crate) fn is_packed(settings: &Settings) -> bool {
     settings.brush.is_none() && tip_spacing(settings) < PACKED
 }
 
-/// Returns `true` if a case is laterally unstable. One that failed is not known to be.
+/// Returns `true` if a case is laterally unstable; `false` for a failed one.
 #[must_use]
 pub fn is_unstable(result: &CaseResult) -> bool {
     result
@@ -611,7 +612,7 @@ fn is_posed(settings: &Settings) -> bool {
     settings.tool.tilt_rad() != 0.0 || settings.tool.skew_rad != 0.0
 }
 
-/// Expected effect of contact between filaments on the force.
+/// Returns the expected effect of contact between filaments on the force.
 fn effect_of_neighbours(settings: &Settings) -> &'static str {
     let pass = Pass::new(settings);
     let [entry, exit] = pass.nominal_times();
@@ -623,7 +624,7 @@ fn effect_of_neighbours(settings: &Settings) -> &'static str {
     }
 }
 
-/// The judgement about an edge whose penetration is not small against its radius.
+/// Judges an edge whose penetration is not small against its radius.
 fn deep_edge(case: &JudgedCase<'_>) -> Option<Judgement> {
     let penetration = case.outcome?.metrics.max_edge_penetration_m;
     if penetration == 0.0 {
@@ -637,9 +638,9 @@ fn deep_edge(case: &JudgedCase<'_>) -> Option<Judgement> {
     )
 }
 
-/// The share of a filament's vibration after a contact that is left when it comes back: `e^(−ζ Ω_1
-/// T)` with the time `T` from nominal exit to the next nominal entry (MODEL, "Turns"). Of two modes
-/// that do not oscillate, the slower one counts.
+/// Returns the share of a filament's vibration that is left at its next contact: `e^(−ζ Ω_1 T)`,
+/// with the time `T` from nominal exit to the next nominal entry (MODEL, "Turns"). If the mode is
+/// overdamped, the slower of its two rates counts.
 #[must_use]
 pub fn residual_vibration(settings: &Settings) -> f64 {
     let ratio = settings.filament.damping_ratio;
@@ -654,8 +655,8 @@ pub fn residual_vibration(settings: &Settings) -> f64 {
         .exp()
 }
 
-/// The judgement about the vibration that a single pass leaves out. In a packed brush neighbours
-/// decide how filaments arrive, so that turns hardly matter (docs/notes.md, "Turn after turn").
+/// Judges the vibration that a single pass leaves out. In a packed brush neighbours decide how
+/// filaments arrive, so that turns hardly matter (docs/notes.md, "Turn after turn").
 fn left_out(settings: &Settings) -> Option<Judgement> {
     let is_single = settings.brush.is_none()
         && !is_packed(settings)
@@ -665,8 +666,8 @@ fn left_out(settings: &Settings) -> Option<Judgement> {
         .flatten()
 }
 
-/// The note of advice about cases among those `told`, counted from 0, in which a single pass leaves
-/// out much vibration.
+/// Returns the note of advice on cases in which a single pass leaves out much vibration. `told` has
+/// the numbers of the cited cases, counted from 0.
 pub(crate) fn vibrating_note(
     study: &Study,
     results: &[CaseResult],
@@ -688,8 +689,8 @@ pub(crate) fn vibrating_note(
     })?;
     let cases = if told.len() == 1 { "case" } else { "cases" };
     Some(format!(
-        "In {} of {} {cases} the filament comes back still vibrating, with up to {:.0} % of its vibration (row {}): simulate turn \
-         after turn with {TURNS} = \"{}\".",
+        "In {} of {} {cases} the filament comes back still vibrating, with up to {:.0} % of its vibration (row {}). Simulate \
+         turn after turn with {TURNS} = \"{}\".",
         all.len(),
         told.len(),
         100.0 * judgement.value,
@@ -698,7 +699,7 @@ pub(crate) fn vibrating_note(
     ))
 }
 
-/// Velocity and depth of a case, or the force in place of the depth.
+/// Returns velocity and depth of a case in words, or the force in place of the depth.
 pub(crate) fn place(settings: &Settings) -> String {
     let shown =
         |path| Parameter::find(path).map(|parameter| equation(parameter, parameter.get(settings)));
@@ -737,7 +738,10 @@ mod tests {
         "
     );
 
-    /// The paper's brush with so few filaments that they do not touch each other.
+    /// Largest number of words in a sentence of a message or of its explanation.
+    const MAX_WORDS: usize = 25;
+
+    /// Returns the paper's brush with so few filaments that they do not touch each other.
     fn sparse(velocity: f64) -> Settings {
         let mut settings = Settings::paper(velocity, 1e-3);
         settings.tool.filament_count = 1000.0;
@@ -764,12 +768,16 @@ mod tests {
     fn rules_are_numbered_and_their_words_are_short() {
         assert!(RULES.is_sorted_by(|before, rule| before.id < rule.id));
         for rule in RULES.iter().chain([&BIAS]) {
-            for sentence in rule.meaning.split_inclusive(". ") {
-                let words = sentence.split_whitespace().count();
-                assert!(words <= 30, "{sentence}");
-            }
+            assert_short_sentences(rule.meaning);
         }
         assert!(rule("b003").is_some() && rule("b015").is_some() && rule("B999").is_none());
+    }
+
+    fn assert_short_sentences(text: &str) {
+        for sentence in text.split_inclusive(". ") {
+            let words = sentence.split_whitespace().count();
+            assert!(words <= MAX_WORDS, "{words} words: {sentence}");
+        }
     }
 
     /// Each value is just beyond, and just within, its limit.
@@ -953,12 +961,13 @@ mod tests {
         assert_eq!(ids(&found(&tube)), [""; 0]);
     }
 
-    /// In 80 columns each is at most three lines long.
+    /// Messages have at most three lines of 80 columns, and short sentences.
     #[test]
     fn findings_are_short() {
         let mut settings = Settings::paper(30.0, 1e-3);
         settings.tool.tilt_rad = Some(0.05);
-        for rule in RULES {
+        let of_study = |rule| (rule, "; 1000 of 1000 cases, most in row 1000");
+        for (rule, in_words) in RULES.iter().map(of_study).chain([(&BIAS, "")]) {
             let judgement = Judgement {
                 value: 0.123_456,
                 limit: 0.111_111,
@@ -969,8 +978,9 @@ mod tests {
                 asked_n: None,
                 outcome: None,
             };
-            let in_words = "; 1000 of 1000 cases, most in row 1000".to_owned();
-            let finding = found(rule, &case, judgement, vec![1], in_words);
+            let finding = found(rule, &case, judgement, vec![1], in_words.to_owned());
+            assert_short_sentences(&finding.statement);
+            assert_short_sentences(finding.help.as_deref().unwrap_or_default());
             let text = finding.warning().to_string();
             assert!(text.lines().count() <= 3, "{text}");
             assert!(text.lines().all(|line| columns(line) <= 80), "{text}");

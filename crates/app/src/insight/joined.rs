@@ -9,9 +9,9 @@ use bristle::model::parameters::Parameter;
 use bristle_study::text::shown;
 use thiserror::Error;
 
-use crate::store::results::{Origin, SavedStudy};
+use crate::store::results::{BuildOrigin, SavedStudy};
 use bristle_study::grid::{
-    CaseResult, DEPTH, Setting, Study, StudyError, Sweep, TOOL, Tool, VELOCITY,
+    CaseResult, DEPTH, Setting, Study, StudyError, StudyTool, Sweep, TOOL, VELOCITY,
 };
 use bristle_study::input::measured::{Measurement, Quantity, Speed, same};
 
@@ -43,10 +43,10 @@ pub struct Joined {
     /// Values that are left out of each study, in sentences.
     pub notes: Vec<String>,
     /// The builds that simulated the studies.
-    pub origin: Origin,
+    pub origin: BuildOrigin,
 }
 
-/// Reason why studies cannot be compared, in words.
+/// Reason in words why studies cannot be compared.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{0}")]
 pub struct JoinError(String);
@@ -92,7 +92,7 @@ impl Values {
 }
 
 /// An axis that all parts have.
-struct Shared {
+struct SharedAxis {
     parameter: &'static Parameter,
     /// The common values, in the order of the first part.
     values: Vec<f64>,
@@ -175,7 +175,7 @@ impl<'a> JoinedTool<'a> {
 
     /// Returns the tool in the joined study. It holds derived settings with a single value, unless
     /// `shared` axes state them.
-    fn tool(&self, shared: &[Shared]) -> Tool {
+    fn tool(&self, shared: &[SharedAxis]) -> StudyTool {
         let is_shared = |parameter: &Parameter| {
             shared.iter().any(|axis| {
                 axis.parameter
@@ -200,7 +200,7 @@ impl<'a> JoinedTool<'a> {
             .chain(swept)
             .filter(|(parameter, _)| !is_shared(parameter))
             .collect();
-        Tool {
+        StudyTool {
             name: self.name.clone(),
             settings: self.study.settings(self.first),
             held,
@@ -273,7 +273,7 @@ fn candidates(parts: &[JoinedTool<'_>]) -> Vec<Vec<&'static Parameter>> {
 fn shared_axis(
     parts: &[JoinedTool<'_>],
     ways: &[&'static Parameter],
-) -> Result<Option<Shared>, JoinError> {
+) -> Result<Option<SharedAxis>, JoinError> {
     let is_process = ways.iter().any(|way| {
         way.group()
             .any(|same| [VELOCITY, DEPTH].contains(&same.path))
@@ -305,7 +305,7 @@ fn shared_axis(
             .filter(is_everywhere)
             .collect();
         if !values.is_empty() {
-            return Ok(Some(Shared {
+            return Ok(Some(SharedAxis {
                 parameter,
                 values,
                 of_parts,
@@ -335,8 +335,8 @@ fn shared_axis(
 }
 
 /// Returns a sentence about the values of a part that are left out; `None` without any.
-fn left_out(part: &JoinedTool<'_>, number: usize, shared: &[Shared]) -> Option<String> {
-    let of_axis = |axis: &Shared| {
+fn left_out(part: &JoinedTool<'_>, number: usize, shared: &[SharedAxis]) -> Option<String> {
+    let of_axis = |axis: &SharedAxis| {
         let (own, kept) = (axis.of_parts[number].values.len(), axis.values.len());
         let symbol = Setting::Number(axis.parameter).symbol();
         match own.cmp(&kept) {
@@ -369,19 +369,19 @@ pub fn join(studies: &[NamedStudy]) -> Result<Joined, JoinError> {
     let axes = candidates(&parts)
         .into_iter()
         .map(|ways| shared_axis(&parts, &ways));
-    let axes: Vec<Shared> = axes
+    let axes: Vec<SharedAxis> = axes
         .filter_map(Result::transpose)
         .collect::<Result<_, _>>()?;
     // A setting that no study sweeps is a setting like others.
-    let is_swept = |axis: &Shared| {
+    let is_swept = |axis: &SharedAxis| {
         parts
             .iter()
             .flat_map(JoinedTool::axes)
             .any(|(sweep, _)| sweep.path() == axis.parameter.path)
     };
-    let shared: Vec<Shared> = axes.into_iter().filter(is_swept).collect();
+    let shared: Vec<SharedAxis> = axes.into_iter().filter(is_swept).collect();
     let tools = parts.iter().map(|part| part.tool(&shared)).collect();
-    let sweep = |axis: &Shared| {
+    let sweep = |axis: &SharedAxis| {
         Sweep::list(axis.parameter, axis.values.clone())
             .map_err(|error| JoinError(error.to_string()))
     };
@@ -427,7 +427,7 @@ pub fn join(studies: &[NamedStudy]) -> Result<Joined, JoinError> {
     let origin = origins
         .clone()
         .skip(1)
-        .fold(studies[0].saved.origin.clone(), Origin::and);
+        .fold(studies[0].saved.origin.clone(), BuildOrigin::and);
     Ok(Joined {
         results,
         measured,

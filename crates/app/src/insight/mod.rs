@@ -1,10 +1,10 @@
-//! What Bristle concludes from results.
+//! Conclusions from results.
 //!
-//! [`advice`], also on [`edges`]; [`measured`] forces to compare with; several studies as one
-//! ([`joined`]), and the [`slices`] and [`differences`] of a study; what was
-//! [assumed](assumptions); how far a result depends on the precision of its computation
-//! ([`convergence`]); and [`findings`] where a result is not what it seems. [`quantity`] has numbers
-//! as people read them.
+//! [`advice`] recommends settings, also for [`edges`]. [`measured`] compares results with measured
+//! forces. [`joined`] makes one study of several; [`slices`] and [`differences`] are parts of a
+//! study. [`assumptions`] lists settings that the input file does not state. [`convergence`] shows
+//! the effect of the precision on a result. [`findings`] names results that are not resolved or
+//! misleading. [`quantity`] has numbers as people read them.
 
 pub mod advice;
 pub mod assumptions;

@@ -35,7 +35,7 @@ pub fn main_metric(study: &Study, statement: &Statement) -> &'static str {
 
 /// A quantity of a case.
 #[derive(Clone, Debug)]
-pub struct Quantity {
+pub struct CaseQuantity {
     /// Symbol, with an underscore before a subscript.
     pub symbol: &'static str,
     /// Name in words.
@@ -45,12 +45,12 @@ pub struct Quantity {
     /// SI unit without prefix, empty for a pure number.
     unit: &'static str,
     scale: Scale,
-    parts: Parts,
+    parts: QuantityParts,
 }
 
 /// The numbers that make up a quantity of a case.
 #[derive(Clone, Debug)]
-enum Parts {
+enum QuantityParts {
     Metric(&'static Column<Metrics>),
     /// Upper and lower end of the interval of the tool force.
     Band,
@@ -58,7 +58,7 @@ enum Parts {
     Interaction(&'static Column<Interaction>),
 }
 
-impl Parts {
+impl QuantityParts {
     fn count(&self) -> usize {
         match self {
             Self::Metric(_) | Self::Interaction(_) => 1,
@@ -82,11 +82,11 @@ impl Parts {
     }
 }
 
-impl Quantity {
+impl CaseQuantity {
     /// Returns `true` for the metric with a key.
     #[must_use]
     pub fn is(&self, key: &str) -> bool {
-        matches!(self.parts, Parts::Metric(column) if column.key == key)
+        matches!(self.parts, QuantityParts::Metric(column) if column.key == key)
     }
 
     /// Returns the metrics that tables of these results show, in the order used in files.
@@ -111,7 +111,7 @@ impl Quantity {
         Self {
             name,
             qualifier: " of 95 %",
-            parts: Parts::Band,
+            parts: QuantityParts::Band,
             ..Self::tool_force()
         }
     }
@@ -121,7 +121,7 @@ impl Quantity {
         let shown = Interaction::COLUMNS
             .iter()
             .filter(|column| column.display.prominence == Prominence::Headline);
-        shown.map(|column| Self::of(column, Parts::Interaction(column)))
+        shown.map(|column| Self::of(column, QuantityParts::Interaction(column)))
     }
 
     fn tool_force() -> Self {
@@ -132,10 +132,10 @@ impl Quantity {
     }
 
     fn metric(column: &'static Column<Metrics>) -> Self {
-        Self::of(column, Parts::Metric(column))
+        Self::of(column, QuantityParts::Metric(column))
     }
 
-    fn of<R>(column: &'static Column<R>, parts: Parts) -> Self {
+    fn of<R>(column: &'static Column<R>, parts: QuantityParts) -> Self {
         let &Column {
             symbol,
             name,
@@ -213,7 +213,7 @@ pub fn shown_metrics(
 #[derive(Clone, Debug)]
 pub struct Readable {
     /// The quantity.
-    pub quantity: Quantity,
+    pub quantity: CaseQuantity,
     /// Unit with its prefix, empty for a pure number.
     unit: String,
     /// Factor from SI to this unit.
@@ -228,7 +228,7 @@ pub struct Readable {
 impl Readable {
     /// Scales the quantity in the results of a study.
     #[must_use]
-    pub fn new(quantity: Quantity, results: &[CaseResult]) -> Self {
+    pub fn new(quantity: CaseQuantity, results: &[CaseResult]) -> Self {
         const PREFIXES: [(&str, f64); 6] = [
             ("M", 1e-6),
             ("k", 1e-3),
@@ -278,7 +278,7 @@ impl Readable {
     /// Returns the forces of the tool.
     #[must_use]
     pub fn tool_forces(results: &[CaseResult]) -> Self {
-        Self::new(Quantity::tool_force(), results)
+        Self::new(CaseQuantity::tool_force(), results)
     }
 
     /// Returns the unit of the numbers.
@@ -302,7 +302,7 @@ impl Readable {
     /// Returns the symbol, or else the last word of the name, and the qualifier.
     #[must_use]
     pub fn symbol(&self, qualifier: &str) -> String {
-        let Quantity { symbol, name, .. } = self.quantity;
+        let CaseQuantity { symbol, name, .. } = self.quantity;
         let symbol = if symbol.is_empty() {
             name.rsplit(' ').next().unwrap_or(name)
         } else {

@@ -1,15 +1,15 @@
-//! What is printed of a convergence.
+//! Text of a convergence.
 
 use std::iter;
 
 use crate::insight::convergence::{Convergence, GOAL, Series, force, judged};
-use crate::insight::quantity::{Quantity, Readable};
+use crate::insight::quantity::{CaseQuantity, Readable};
 use bristle_study::grid::CaseResult;
 use bristle_study::text::layout::{aligned, wrap};
 use bristle_study::text::number::short;
 
-/// A table per setting, what each says, and in the end what to choose, in lines of at most `width`
-/// columns if cells allow it.
+/// Returns a table and a sentence per setting, and at the end the values to choose. Lines have at
+/// most `width` columns if cells allow it.
 #[must_use]
 pub fn convergence_text(convergence: &Convergence, width: usize) -> String {
     let goal = convergence.goal_of_each();
@@ -45,7 +45,7 @@ pub fn convergence_text(convergence: &Convergence, width: usize) -> String {
     text
 }
 
-/// A part in per cent, with two digits.
+/// Returns a share in per cent, with two digits.
 fn percent(part: f64) -> String {
     format!(
         "{} %",
@@ -57,7 +57,7 @@ fn percent(part: f64) -> String {
     )
 }
 
-/// A value, whose powers of ten are written alike.
+/// Returns a value as text, with powers of ten in one form.
 fn value_text(value: f64) -> String {
     if value < 0.1 {
         format!("{value:e}")
@@ -66,10 +66,10 @@ fn value_text(value: f64) -> String {
     }
 }
 
-/// The impulse and the force of each value.
+/// Returns the impulse and the force of each value as a table.
 fn table(series: &Series) -> String {
     let results: &[CaseResult] = &series.results;
-    let impulses = Quantity::headlines(results).find(|quantity| quantity.symbol == "p_n");
+    let impulses = CaseQuantity::headlines(results).find(|quantity| quantity.symbol == "p_n");
     let columns: Vec<Readable> = impulses
         .map(|impulse| Readable::new(impulse, results))
         .into_iter()
@@ -107,8 +107,8 @@ fn table(series: &Series) -> String {
         .collect()
 }
 
-/// The metrics that a paper reports: as stated, what they tend to with finer segments, and the sum
-/// of the errors as stated.
+/// Returns a table of the metrics that a paper reports: as stated, their limit with finer segments,
+/// and the sum of their errors as stated.
 fn judged_table(convergence: &Convergence) -> String {
     let heading = ["", "as stated", "limit", "error"].map(str::to_owned);
     let mut rows: Vec<Vec<String>> = vec![heading.to_vec()];
@@ -143,7 +143,7 @@ fn judged_table(convergence: &Convergence) -> String {
         .collect()
 }
 
-/// Which nodes touched with the stated settings.
+/// Returns a sentence on the nodes that touched with the stated settings.
 fn touching_nodes(convergence: &Convergence) -> String {
     let stated = convergence.series.first();
     let stated = stated.and_then(|series| series.summary(series.stated()));
@@ -155,7 +155,7 @@ fn touching_nodes(convergence: &Convergence) -> String {
     }
 }
 
-/// A change in per cent: with its sign, and two digits or more.
+/// Returns a change in per cent, with its sign and at least two digits.
 fn signed(change: f64) -> String {
     if change == 0.0 {
         return "0 %".to_owned();
@@ -169,7 +169,7 @@ fn signed(change: f64) -> String {
     format!("{}{digits} %", if change < 0.0 { "−" } else { "+" })
 }
 
-/// What the values of a setting say.
+/// Returns the conclusion from the values of a setting.
 fn sentence(series: &Series, goal: f64) -> String {
     let equation = |value: f64| {
         let setting = series.setting();
@@ -227,7 +227,7 @@ fn sentence(series: &Series, goal: f64) -> String {
     format!("{against}{enough}{stated}{further}")
 }
 
-/// A force with four digits or more: the changes that matter are small.
+/// Returns a force with at least four digits, as the changes of interest are small.
 fn force_text(force: f64) -> String {
     if force.abs() >= 1000.0 {
         format!("{force:.0}")

@@ -1,8 +1,8 @@
 //! Results of Bristle in formats for people and programs.
 //!
 //! `parquet` writes tables (with the feature of that name), [`vtk`] the filament's motion for
-//! ParaView, [`tables`] text for a terminal, [`figures`] figures (drawn by [`drawing`]), and
-//! [`page`] a study as one page to explore in a browser. All return text or bytes. The program
+//! ParaView, and [`tables`] text for a terminal. [`figures`] has figures, which [`drawing`] draws.
+//! [`page`] makes a study one page to explore in a browser. All return text or bytes. The program
 //! handles the files.
 
 pub mod convergence;

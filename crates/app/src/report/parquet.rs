@@ -1,8 +1,8 @@
 //! The tables of a study and of one simulation as Parquet: the columns of the CSV files, with
 //! types.
 //!
-//! Numbers are 64-bit floats and integers, the status is text. Every column may be null, which the
-//! metrics of a failed case are. The metadata of a file holds what the results belong to. Rows are
+//! Numbers are 64-bit floats and integers, the status is text. Every column may be null, as the
+//! metrics of a failed case are. The metadata of a file holds the settings of the results. Rows are
 //! written in groups, so that memory does not grow with them.
 
 use std::io::{self, Write};
@@ -15,11 +15,11 @@ use ::parquet::file::properties::WriterProperties;
 use ::parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use ::parquet::schema::types::Type;
 
-use crate::store::results::{Cell, cells, keys, run_columns, run_rows};
+use crate::store::results::{TableCell, cells, keys, run_columns, run_rows};
 use bristle::simulation::Sample;
 use bristle_study::grid::{CaseResult, Study};
 
-/// Rows of a group: all that is held in memory, some 4 MB.
+/// Rows of a group, the only ones in memory: some 4 MB.
 pub const ROWS_OF_GROUP: usize = 4096;
 
 /// Writes `runs.parquet`, with the columns and rows of
@@ -53,7 +53,7 @@ pub fn write_history_parquet(
 fn write_table(
     out: impl Write + Send,
     names: &[&str],
-    rows: impl Iterator<Item = Vec<Cell>>,
+    rows: impl Iterator<Item = Vec<TableCell>>,
     (key, settings): (&str, &str),
 ) -> io::Result<()> {
     let mut rows = rows.peekable();
@@ -97,12 +97,12 @@ fn write_table(
     Ok(())
 }
 
-/// The column of cells like `cell`.
-fn column(name: &str, cell: &Cell) -> io::Result<Type> {
+/// Returns the column of cells like `cell`.
+fn column(name: &str, cell: &TableCell) -> io::Result<Type> {
     let (physical, logical) = match cell {
-        Cell::Real(_) => (Physical::DOUBLE, None),
-        Cell::Count(_) => (Physical::INT64, None),
-        Cell::Text(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+        TableCell::Real(_) => (Physical::DOUBLE, None),
+        TableCell::Count(_) => (Physical::INT64, None),
+        TableCell::Text(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
     };
     let builder =
         Type::primitive_type_builder(name, physical).with_repetition(Repetition::OPTIONAL);
@@ -112,25 +112,30 @@ fn column(name: &str, cell: &Cell) -> io::Result<Type> {
 /// Writes the cells of one column, which are of one type.
 fn write_column<W: Write + Send>(
     group: &mut SerializedRowGroupWriter<'_, W>,
-    cells: Vec<Cell>,
+    cells: Vec<TableCell>,
 ) -> io::Result<()> {
     let present: Vec<i16> = cells
         .iter()
-        .map(|cell| i16::from(!matches!(cell, Cell::Real(None) | Cell::Count(None))))
+        .map(|cell| {
+            i16::from(!matches!(
+                cell,
+                TableCell::Real(None) | TableCell::Count(None)
+            ))
+        })
         .collect();
     let (mut reals, mut counts, mut texts) = (Vec::new(), Vec::new(), Vec::new());
     let kind = cells.first().cloned();
     for cell in cells {
         match cell {
-            Cell::Real(value) => reals.extend(value),
-            Cell::Count(value) => counts.extend(value.map(|value| value as i64)),
-            Cell::Text(text) => texts.push(ByteArray::from(text.into_bytes())),
+            TableCell::Real(value) => reals.extend(value),
+            TableCell::Count(value) => counts.extend(value.map(|value| value as i64)),
+            TableCell::Text(text) => texts.push(ByteArray::from(text.into_bytes())),
         }
     }
     match kind {
-        Some(Cell::Real(_)) => write_values::<DoubleType, _>(group, &reals, &present),
-        Some(Cell::Count(_)) => write_values::<Int64Type, _>(group, &counts, &present),
-        Some(Cell::Text(_)) => write_values::<ByteArrayType, _>(group, &texts, &present),
+        Some(TableCell::Real(_)) => write_values::<DoubleType, _>(group, &reals, &present),
+        Some(TableCell::Count(_)) => write_values::<Int64Type, _>(group, &counts, &present),
+        Some(TableCell::Text(_)) => write_values::<ByteArrayType, _>(group, &texts, &present),
         None => Ok(()),
     }
 }

@@ -1,4 +1,4 @@
-//! What a removal prints.
+//! Text of a removal.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use bristle_study::text::number::significant;
 
 use crate::report::figures::unit_of_time;
 
-/// The result of a removal in at most ten lines of the `width` (columns).
+/// Returns the result of a removal in at most ten lines of the `width` (columns).
 #[must_use]
 pub fn removal_text(settings: &Settings, removal: &Removal, width: usize) -> String {
     let mut text = String::new();
@@ -19,7 +19,7 @@ pub fn removal_text(settings: &Settings, removal: &Removal, width: usize) -> Str
     text
 }
 
-/// What to know about its numbers.
+/// Returns warnings about the numbers of a removal.
 #[must_use]
 pub fn warnings(removal: &Removal) -> Vec<Warning> {
     let jumps = removal.is_unresolved().then(|| {
@@ -46,7 +46,7 @@ pub fn warnings(removal: &Removal) -> Vec<Warning> {
     jumps.into_iter().chain(dips).collect()
 }
 
-/// The lines of [`removal_text`].
+/// Returns the lines of [`removal_text`].
 #[must_use]
 pub fn lines(settings: &Settings, removal: &Removal) -> Vec<String> {
     let (Some(first), Some(last)) = (removal.rows.first(), removal.rows.last()) else {

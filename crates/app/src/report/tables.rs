@@ -3,7 +3,7 @@
 use crate::insight::assumptions::Assumptions;
 use crate::insight::differences::{Difference, tool_differences};
 use crate::insight::findings::is_unstable;
-use crate::insight::quantity::{Quantity, Readable, shown_metrics};
+use crate::insight::quantity::{CaseQuantity, Readable, shown_metrics};
 use crate::insight::slices::spread;
 use bristle::brush::{BrushResult, Stretch};
 use bristle::model::metrics::Metrics;
@@ -19,8 +19,7 @@ use bristle_study::text::columns;
 use bristle_study::text::layout::{aligned, blocks, left, right, wrap};
 use bristle_study::text::number::{labels, short, significant};
 
-/// Number of columns that a table has if there are so many values, in several parts if they do not
-/// fit into the terminal.
+/// Number of columns that a table shows even if the terminal is too narrow, then in several parts.
 const COLUMNS: usize = 12;
 /// Largest number of lines of the main table.
 const MAIN_LINES: usize = 24;
@@ -37,17 +36,16 @@ const CELL: usize = 7;
 /// Follows the numbers of laterally unstable cases.
 const UNSTABLE: &str = "!";
 
-/// The results of a study for people, in lines of at most `width` columns: a table for each
-/// quantity if velocity and depth vary and nothing else does, with the tools below each other if
-/// there are several; otherwise a list. Swept settings that have the same value in all cases stand
-/// above. Where forces are given in place of depths, the depths that were found are one of the
-/// quantities.
+/// Returns the results of a study for people, in lines of at most `width` columns. If only velocity
+/// and depth vary, each quantity has a table, with several tools below each other. Other studies
+/// have a list. Swept settings with one value in all cases stand above. Where forces are given in
+/// place of depths, the resulting depths are one of the quantities.
 ///
-/// Where filaments scatter, the band of the tool force is one of the quantities, and a line states
-/// the origin of the scatter.
+/// Where filaments scatter, the band of the tool force is one of the quantities. A line states the
+/// origin of the scatter.
 ///
-/// With the key of a `main` metric, that one is the only quantity in tables, and the text is cut to
-/// the lines that fit on a screen.
+/// With the key of a `main` metric, tables have this quantity only. The text is then cut to the
+/// lines that fit on a screen.
 #[must_use]
 pub fn study_tables(
     study: &Study,
@@ -74,13 +72,13 @@ fn all_tables(study: &Study, results: &[CaseResult], main: Option<&str>, width: 
         .map(|(_, sweep)| sweep)
         .partition(|sweep| is_of_grid(sweep));
     let is_grid = of_grid.len() == 2 && others.iter().all(|sweep| sweep.path() == TOOL);
-    let band = study.scatters().then(Quantity::band);
+    let band = study.scatters().then(CaseQuantity::band);
     let interaction = study
         .has_brush()
-        .then(Quantity::interaction)
+        .then(CaseQuantity::interaction)
         .into_iter()
         .flatten();
-    let quantities: Vec<Readable> = Quantity::headlines(results)
+    let quantities: Vec<Readable> = CaseQuantity::headlines(results)
         .filter(|quantity| !is_grid || main.is_none_or(|main| quantity.is(main)))
         .chain(band)
         .chain(interaction.filter(|_| !is_grid || main.is_none()))
@@ -105,7 +103,7 @@ fn all_tables(study: &Study, results: &[CaseResult], main: Option<&str>, width: 
     text
 }
 
-/// The swept settings with several values, and their positions among all that are swept.
+/// Returns the swept settings with several values, and their positions among all swept settings.
 fn varying(study: &Study) -> impl Iterator<Item = (usize, &Sweep)> {
     study
         .sweeps()
@@ -114,7 +112,7 @@ fn varying(study: &Study) -> impl Iterator<Item = (usize, &Sweep)> {
         .filter(|(_, sweep)| sweep.values().len() > 1)
 }
 
-/// The swept settings with one value, without those that follow from others; empty if there are
+/// Returns the swept settings with one value as text, without derived ones; empty if there are
 /// none.
 fn of_all_cases(study: &Study, width: usize) -> String {
     let fixed = study
@@ -150,7 +148,7 @@ fn of_all_cases(study: &Study, width: usize) -> String {
     text
 }
 
-/// The marks of laterally unstable cases.
+/// Marks of laterally unstable cases.
 struct Marks {
     unstable: Vec<bool>,
     are_shown: bool,
@@ -165,7 +163,7 @@ impl Marks {
         }
     }
 
-    /// What follows a number of a case; empty if no case has a mark.
+    /// Returns the mark behind a number of a case; empty if no case has a mark.
     fn of(&self, case: usize) -> &'static str {
         match (self.are_shown, self.unstable[case]) {
             (false, _) => "",
@@ -175,14 +173,14 @@ impl Marks {
     }
 }
 
-/// The band that a calibration leaves the force of a brush, in a line.
+/// Returns a line with the band of a brush's force that a calibration leaves.
 #[must_use]
 pub fn band_line(band: &ForceScatter) -> String {
     let [lower, upper] = band.band().map(significant);
     format!("95 % band of F_n,w by the calibration: {lower} to {upper} N\n")
 }
 
-/// The origin of the tool force's scatter, and the number of tools left out.
+/// Returns the origin of the tool force's scatter, and the number of tools left out.
 fn origin_of_scatter(study: &Study, results: &[CaseResult], width: usize) -> String {
     let mut text = String::new();
     let known: Vec<&ForceScatter> = results
@@ -254,7 +252,7 @@ fn origin_of_scatter(study: &Study, results: &[CaseResult], width: usize) -> Str
     text
 }
 
-/// A result of which only the metrics are known.
+/// Returns a result of which only the metrics are known.
 fn result_of(metrics: &Metrics) -> CaseResult {
     Ok(CaseSummary {
         metrics: metrics.clone(),
@@ -262,8 +260,8 @@ fn result_of(metrics: &Metrics) -> CaseResult {
     })
 }
 
-/// The metrics of one contact, and below them the settings that have their defaults, in lines of at
-/// most `width` columns.
+/// Returns the metrics of one contact, and below them the settings that have their defaults, in
+/// lines of at most `width` columns.
 #[must_use]
 pub fn contact_table(
     settings: &Settings,
@@ -283,7 +281,7 @@ pub fn contact_table(
         let number = short(setting.factor() * parameter.get(settings));
         vec![setting.heading(), number, parameter.name.to_owned()]
     });
-    let headlines = Quantity::headlines(&results).map(|quantity| {
+    let headlines = CaseQuantity::headlines(&results).map(|quantity| {
         let readable = Readable::new(quantity.clone(), &results);
         vec![
             readable.heading(""),
@@ -310,7 +308,7 @@ pub fn contact_table(
     }
 }
 
-/// The metrics of a result, and those of the same `again`, with more precision.
+/// Returns the metrics of a result beside those of a more precise one. `again` names the latter.
 #[must_use]
 pub fn check_table(again: &str, metrics: &Metrics, checked: &Metrics) -> String {
     let results = [metrics, checked].map(result_of);
@@ -320,7 +318,7 @@ pub fn check_table(again: &str, metrics: &Metrics, checked: &Metrics) -> String 
             .to_vec(),
     ];
     for (column, quantity) in
-        shown_metrics(Prominence::Headline, &results).zip(Quantity::headlines(&results))
+        shown_metrics(Prominence::Headline, &results).zip(CaseQuantity::headlines(&results))
     {
         let change = Change::of(column, metrics, checked).relative_change;
         let readable = Readable::new(quantity, &results);
@@ -335,14 +333,13 @@ pub fn check_table(again: &str, metrics: &Metrics, checked: &Metrics) -> String 
     aligned(&rows).join("\n") + "\n"
 }
 
-/// A brush compared with one filament alone, in lines of less than 80 columns.
+/// Returns a brush compared with one filament alone, in lines of less than 80 columns.
 #[must_use]
 pub fn brush_table(result: &BrushResult) -> String {
     let results = [&result.tool, &result.alone].map(result_of);
     let mut rows = vec![["", "brush", "alone"].map(str::to_owned).to_vec()];
-    // What a brush does not have is zero in its metrics, and left out where the first column says
-    // so.
-    for quantity in Quantity::headlines(&results[..1]) {
+    // Metrics that a brush does not have are zero, and left out where the first column says so.
+    for quantity in CaseQuantity::headlines(&results[..1]) {
         let readable = Readable::new(quantity, &results);
         rows.push(vec![
             readable.heading(""),
@@ -373,7 +370,7 @@ pub fn brush_table(result: &BrushResult) -> String {
     text
 }
 
-/// A word, as a plural unless there is one.
+/// Returns a word, in the plural unless the count is one.
 fn plural(count: usize, word: &str) -> String {
     if count == 1 {
         word.to_owned()
@@ -382,8 +379,8 @@ fn plural(count: usize, word: &str) -> String {
     }
 }
 
-/// The settings in which the named tools of a study differ, with a column for each tool, in lines
-/// of at most `width` columns.
+/// Returns the settings in which the named tools of a study differ, with a column for each tool, in
+/// lines of at most `width` columns.
 #[must_use]
 pub fn tools_table(study: &Study, width: usize) -> String {
     let differences = tool_differences(study);
@@ -417,15 +414,15 @@ pub fn tools_table(study: &Study, width: usize) -> String {
 
 /// A row of a table: the name of the tool above its first one, its heading, and its cells with
 /// their parts.
-struct Row {
+struct TableRow {
     tool: Option<String>,
     heading: String,
     cells: Vec<Vec<String>>,
 }
 
-/// A quantity over velocity or rotational speed (to the right) and depth (upwards, as in a
-/// diagram), tool by tool. If the terminal is too narrow for all columns, the table has parts of
-/// equally many.
+/// Returns a quantity over velocity or rotational speed (to the right) and depth (upwards, as in a
+/// diagram), tool by tool. If the terminal is too narrow, the table has parts with equal numbers of
+/// columns.
 fn table(study: &Study, column: &Readable, marks: &Marks, width: usize) -> String {
     let [velocities, depths] =
         [study.speed().path, DEPTH].map(|path| study.sweep(path).map_or(&[][..], Sweep::values));
@@ -470,7 +467,7 @@ fn table(study: &Study, column: &Readable, marks: &Marks, width: usize) -> Strin
             .tool(first)
             .filter(|_| Some(depth) == shown_depths.last())
             .map(|tool| tool.name.clone());
-        Row {
+        TableRow {
             tool,
             heading: label.clone(),
             cells,
@@ -484,7 +481,7 @@ fn table(study: &Study, column: &Readable, marks: &Marks, width: usize) -> Strin
             .rev()
             .map(move |depth| (tool, depth))
     };
-    let rows: Vec<Row> = shown_tools.iter().flat_map(of_tool).map(row).collect();
+    let rows: Vec<TableRow> = shown_tools.iter().flat_map(of_tool).map(row).collect();
     let texts = rows
         .iter()
         .flat_map(|row| &row.cells)
@@ -518,7 +515,7 @@ fn table(study: &Study, column: &Readable, marks: &Marks, width: usize) -> Strin
             "─".repeat(ROW_HEADING + 1),
             "─".repeat(cell * shown.len())
         ));
-        for Row {
+        for TableRow {
             tool,
             heading,
             cells,
@@ -538,9 +535,9 @@ fn table(study: &Study, column: &Readable, marks: &Marks, width: usize) -> Strin
     text
 }
 
-/// All quantities, one row per case, below two rows with symbols and units. Columns that do not fit
-/// stand in further lists, which repeat the settings that vary, or the numbers of the rows if the
-/// settings take more than half of the terminal.
+/// Returns all quantities, one row per case, below two rows with symbols and units. Columns that do
+/// not fit stand in further lists, which repeat the settings that vary. If these take more than
+/// half of the terminal, the lists repeat the numbers of the rows.
 fn list(study: &Study, quantities: &[Readable], marks: &Marks, width: usize) -> String {
     let (positions, sweeps): (Vec<usize>, Vec<&Sweep>) = varying(study).unzip();
     let settings: Vec<&Setting> = sweeps.iter().map(|sweep| sweep.setting()).collect();

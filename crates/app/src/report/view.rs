@@ -1,4 +1,4 @@
-//! How a contact is seen: along the tool's axis and, unless the tool is an upright radial one, from
+//! Views of a contact: along the tool's axis and, unless the tool is an upright radial one, from
 //! the side.
 //!
 //! Everything is in the frame of the workpiece, as samples and shapes are.
@@ -15,37 +15,36 @@ use crate::report::drawing::ends;
 
 /// Points of a circle.
 const POINTS: u32 = 180;
-/// Below this sine, directions are parallel.
+/// Sine below which directions count as parallel.
 const PARALLEL: f64 = 1e-3;
-/// How far profiles are drawn, and planes, in radii of the tool.
+/// Extent of drawn profiles and planes, in radii of the tool.
 const REACH: f64 = 1.5;
 const PLANE_REACH: f64 = 10.0;
 
-/// Whether a tool is upright and its filaments are radial.
+/// Returns `true` if a tool is upright and its filaments are radial.
 pub(crate) fn is_upright(settings: &Settings) -> bool {
     Pose::of(&settings.tool) == Pose::UPRIGHT && Trim::of(settings).is_radial()
 }
 
-/// The place (m) along the trim of the filament whose samples are taken: the one nearest to its
-/// middle.
+/// Returns the place (m) along the trim of the sampled filament, which is nearest to the middle.
 pub(crate) fn sampled_place(settings: &Settings) -> f64 {
     let places = places(settings);
     places[places.len() / 2].s
 }
 
-/// The pass whose samples are taken.
+/// Returns the sampled pass.
 pub(crate) fn sampled_pass(settings: &Settings) -> Pass {
     Pass::at(settings, sampled_place(settings))
 }
 
-/// Whether the filament touches the workpiece during the whole turn. The first turn that counts
-/// then begins after one in which the workpiece comes up.
+/// Returns `true` if the filament touches the workpiece during the whole turn. The workpiece then
+/// comes up in a turn before the first one that counts.
 pub(crate) fn is_all_round(pass: &Pass) -> bool {
     let [entry, exit] = pass.nominal_times();
     exit - entry > (1.0 - 1e-9) * pass.turn_time()
 }
 
-/// The time in s at which the first turn that counts begins.
+/// Returns the time in s at which the first turn that counts begins.
 #[must_use]
 pub fn first_turn(settings: &Settings) -> f64 {
     let pass = sampled_pass(settings);
@@ -56,8 +55,8 @@ pub fn first_turn(settings: &Settings) -> f64 {
     }
 }
 
-/// How far the workpiece has moved at `time` (s) from where its profile is stated, as a vector in
-/// m: by its feed, and on the way that it still has to come up.
+/// Returns the displacement (m) of the workpiece at `time` (s) from the place of its profile: its
+/// feed, and the remaining way up.
 pub(crate) fn moved(pass: &Pass, time: f64) -> [f64; 3] {
     /// Points of Gauss and Legendre, which integrate polynomials of the fifth degree, and their
     /// weights.
@@ -87,7 +86,7 @@ pub(crate) fn moved(pass: &Pass, time: f64) -> [f64; 3] {
     sub(scale(time, last), to_come)
 }
 
-/// The height above the workpiece's own `y = 0`, or above a plane, in m of a point at `time` (s).
+/// Returns the height in m of a point at `time` (s), above the workpiece's own `y = 0` or a plane.
 pub(crate) fn height(settings: &Settings, pass: &Pass, point: [f64; 3], time: f64) -> f64 {
     dot(
         unit_normal(&settings.workpiece),
@@ -95,53 +94,52 @@ pub(crate) fn height(settings: &Settings, pass: &Pass, point: [f64; 3], time: f6
     ) + ground(settings)
 }
 
-/// The root at the `angle` (rad) of the tool.
+/// Returns the root at the `angle` (rad) of the tool.
 pub(crate) fn root(pass: &Pass, angle: f64) -> [f64; 3] {
     pass.pose()
         .from_tool(pass.tool().tool.clamp(angle, 0.0).position)
 }
 
-/// How far below the tool's centre the workpiece's own `y = 0` is, in m.
+/// Returns the distance in m from the tool's centre down to the workpiece's own `y = 0`.
 fn ground(settings: &Settings) -> f64 {
     settings.reach_m() - settings.process.penetration_depth_m
 }
 
 /// The surface of a workpiece as a view shows it.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Surface {
-    /// Points of a line with the material on its right-hand side, or the border of what faces the
-    /// viewer, in m.
+pub(crate) struct DrawnSurface {
+    /// Points of a line with the material on its right-hand side, or border of the part that faces
+    /// the viewer, in m.
     pub points: Vec<[f64; 2]>,
-    /// Whether the material is what the points go round.
+    /// `true` if the points go round the material.
     pub is_filled: bool,
 }
 
-/// One way of seeing a contact.
+/// One view of a contact.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct View {
-    /// In words.
+    /// Name in words.
     pub name: &'static str,
-    /// The directions that are shown across and up.
+    /// Directions that point to the right and upwards in the view.
     across: [f64; 3],
     up: [f64; 3],
-    /// What is added to heights, so that they begin at the surface where it is seen as a line, in
-    /// m.
+    /// Offset added to heights, in m. Heights begin at the surface where it is seen as a line.
     lift: f64,
     cut: Option<Cut>,
-    /// Whether places on the profile of the workpiece can be told from each other.
+    /// `true` if the view shows places on the profile of the workpiece apart from each other.
     shows_profile: bool,
-    /// The workpiece where its profile is stated.
-    pub surface: Surface,
+    /// The workpiece at the place of its profile.
+    pub surface: DrawnSurface,
     /// Outlines of the tool's body, and of its undeformed trim.
     pub body: Vec<Vec<[f64; 2]>>,
     pub trim: Vec<Vec<[f64; 2]>>,
-    /// The corners of the section through the trim that comes nearest to the surface; none along
-    /// the axis.
+    /// Corners of the section through the trim that is nearest to the surface; empty along the
+    /// axis.
     pub nearest: Vec<[f64; 2]>,
 }
 
-/// The plane across the tool's axis in which the sampled tip turns, and the direction in which
-/// points of the workpiece are the same.
+/// Plane across the tool's axis in which the sampled tip turns, and direction along which the
+/// workpiece does not change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Cut {
     axis: [f64; 3],
@@ -150,31 +148,31 @@ struct Cut {
 }
 
 impl View {
-    /// The view along the tool's axis of a contact that `pass` is of.
+    /// Returns the view of a contact along the tool's axis.
     pub fn along_axis(settings: &Settings, pass: &Pass) -> Self {
-        Frame::new(settings, pass).along_axis()
+        ContactScene::new(settings, pass).along_axis()
     }
 
-    /// The views of a contact that `pass` is of.
+    /// Returns the views of a contact.
     pub fn all(settings: &Settings, pass: &Pass) -> Vec<Self> {
-        let frame = Frame::new(settings, pass);
+        let frame = ContactScene::new(settings, pass);
         let side = (!is_upright(settings)).then(|| frame.side_on());
         [frame.along_axis()].into_iter().chain(side).collect()
     }
 
-    /// Where a point is seen, in m.
+    /// Returns the place of a point in the view, in m.
     pub fn place(&self, point: [f64; 3]) -> [f64; 2] {
         [dot(self.across, point), dot(self.up, point) + self.lift]
     }
 
-    /// Where a point of the workpiece's profile is seen, in m; none if all would be seen at one
-    /// place.
+    /// Returns the place of a point of the workpiece's profile in the view, in m. `None` if all
+    /// points coincide.
     pub fn on_profile(&self, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
         self.shows_profile
             .then(|| self.place(slid(self.cut.as_ref(), [x, y, 0.0])))
     }
 
-    /// How far the workpiece is seen to go if it moves by a vector (m).
+    /// Returns the displacement in the view of a workpiece that moves by a vector (m).
     pub fn shift(&self, way: [f64; 3]) -> [f64; 2] {
         let cut = self.cut.map(|cut| Cut { height: 0.0, ..cut });
         let way = slid(cut.as_ref(), way);
@@ -182,7 +180,7 @@ impl View {
     }
 }
 
-/// The point of the workpiece that is seen for `point`: the same in the plane of the cut.
+/// Moves a point of the workpiece into the plane of the cut.
 fn slid(cut: Option<&Cut>, point: [f64; 3]) -> [f64; 3] {
     cut.map_or(
         point,
@@ -199,38 +197,38 @@ fn slid(cut: Option<&Cut>, point: [f64; 3]) -> [f64; 3] {
     )
 }
 
-/// A vector as a direction, with its length; none if it is nearly zero.
+/// Returns the direction of a vector, with its length; `None` if it is nearly zero.
 fn direction(vector: [f64; 3]) -> Option<([f64; 3], f64)> {
     let length = dot(vector, vector).sqrt();
     (length > PARALLEL).then(|| (scale(1.0 / length, vector), length))
 }
 
-/// The part of `vector` across the unit vector `other`.
+/// Returns the component of `vector` perpendicular to the unit vector `other`.
 fn across(vector: [f64; 3], other: [f64; 3]) -> [f64; 3] {
     sub(vector, scale(dot(vector, other), other))
 }
 
 /// Tool and workpiece.
-struct Frame<'a> {
+struct ContactScene<'a> {
     settings: &'a Settings,
     trim: Trim,
     pose: Pose,
     /// The tool's axis, and the outward normal of the workpiece.
     axis: [f64; 3],
     normal: [f64; 3],
-    /// Along the profile of the workpiece where that is its own `y = 0`.
+    /// Direction along the workpiece's own line `y = 0`.
     forward: [f64; 3],
     is_plane: bool,
-    /// The outline of the workpiece, and whether it goes round the material.
+    /// Outline of the workpiece; `is_solid` is `true` if it goes round the material.
     outline: Vec<[f64; 2]>,
     is_solid: bool,
-    /// How far surfaces are drawn, in m.
+    /// Extent of drawn surfaces, in m.
     reach: f64,
 }
 
-impl<'a> Frame<'a> {
+impl<'a> ContactScene<'a> {
     fn new(settings: &'a Settings, pass: &Pass) -> Self {
-        /// How far the drawn outline may be off, in m.
+        /// Largest error of the drawn outline, in m.
         const ERROR: f64 = 2e-6;
         let normal @ [x, y, _] = unit_normal(&settings.workpiece);
         let pose = Pose::of(&settings.tool);
@@ -258,7 +256,7 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// The view against the axis, which points to the viewer, with the normal of the workpiece
+    /// Returns the view against the axis, which points to the viewer, with the workpiece's normal
     /// upwards.
     fn along_axis(&self) -> View {
         let Self { axis, normal, .. } = *self;
@@ -280,7 +278,7 @@ impl<'a> Frame<'a> {
             height,
             along,
         });
-        let line = |points: Vec<[f64; 2]>, is_filled| Surface { points, is_filled };
+        let line = |points: Vec<[f64; 2]>, is_filled| DrawnSurface { points, is_filled };
         let mut view = View {
             name: "along the axis",
             across: right,
@@ -330,8 +328,9 @@ impl<'a> Frame<'a> {
         View { body, trim, ..view }
     }
 
-    /// The view along the surface: in the plane of axis and normal on a plane, otherwise along the
-    /// direction of extrusion or, of a tool that turns about that, across it.
+    /// Returns the view along the surface. A plane is seen in the plane of axis and normal, a
+    /// profile along the direction of extrusion. If the tool turns about this direction, the view
+    /// is across it.
     fn side_on(&self) -> View {
         let Self {
             axis, normal: up, ..
@@ -348,7 +347,7 @@ impl<'a> Frame<'a> {
             up,
             lift: ground(self.settings),
             shows_profile: dot(right, self.forward).abs() > 0.9,
-            surface: Surface {
+            surface: DrawnSurface {
                 points: self.level(),
                 is_filled: false,
             },
@@ -360,7 +359,7 @@ impl<'a> Frame<'a> {
                 .iter()
                 .map(|&[x, y]| view.place([x, y, 0.0]))
                 .collect();
-            view.surface = Surface {
+            view.surface = DrawnSurface {
                 points,
                 is_filled: self.is_solid,
             };
@@ -399,13 +398,13 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// The surface as a line at the height zero.
+    /// Returns the surface as a line at the height zero.
     fn level(&self) -> Vec<[f64; 2]> {
         let reach = PLANE_REACH * self.reach;
         vec![[-reach, 0.0], [reach, 0.0]]
     }
 
-    /// The border of the surface as far as it faces the viewer.
+    /// Returns the border of the part of the surface that faces the viewer.
     fn facing(&self, view: &View) -> Vec<[f64; 2]> {
         if self.is_plane {
             let r = PLANE_REACH * self.reach;

@@ -1,5 +1,5 @@
 //! The filament of one pass, or the filaments of a brush, for ParaView: one file of points per
-//! time, the workpiece, and a list of both.
+//! time, the workpiece, and a collection.
 //!
 //! Writes shapes in VTK's XML formats: PolyData (`.vtp`) and a collection (`.pvd`). Numbers are in
 //! base 64, so that they are read back to the bit. They take two thirds of the bytes of their
@@ -21,7 +21,7 @@ use bristle::workpiece::{Workpiece, unit_normal};
 use crate::report::drawing::ends;
 use crate::report::view::{is_upright, sampled_pass};
 
-/// The largest number of shapes in a pass: their numbers in file names have four digits.
+/// Maximum number of shapes in a pass: their numbers in file names have four digits.
 pub const MAX_SHAPES: usize = 10_000;
 
 const COLLECTION: &str = "contact.pvd";
@@ -35,11 +35,10 @@ const ATTRIBUTES: &str = "version=\"1.0\" byte_order=\"LittleEndian\" header_typ
 /// The attribute of numbers at points and cells.
 const COMPONENTS: &str = "NumberOfComponents";
 
-/// How far the drawn part of the workpiece extends beyond the reach of the undeformed tips, as a
-/// part of it.
+/// Margin of the drawn workpiece beyond the reach of the undeformed tips, as a share of this reach.
 const MARGIN: f64 = 0.1;
 
-/// Whether a file of this name may belong to a run with any number of shapes or frames.
+/// Returns `true` if a file of this name may belong to a run with any number of shapes or frames.
 pub fn is_file_name(name: &str) -> bool {
     let is_numbered = |beginning: &str| {
         let number = name
@@ -54,13 +53,13 @@ pub fn is_file_name(name: &str) -> bool {
         || [WORKPIECE, COLLECTION, BRUSH_COLLECTION].contains(&name)
 }
 
-/// The file of what moves at one time.
+/// Returns the name of the file of the moving points at one time.
 fn numbered(moving: &str, number: usize) -> String {
     format!("{moving}_{number:04}.vtp")
 }
 
-/// Names and texts of the files, the collection last. `shapes` belong to the pass that `settings`
-/// state and have loads.
+/// Returns names and texts of the files, the collection last. `shapes` belong to the pass that
+/// `settings` state and have loads.
 pub fn files(settings: &Settings, shapes: &[Shape]) -> impl Iterator<Item = (String, String)> {
     let pass = sampled_pass(settings);
     let piece = workpiece(&pass, settings);
@@ -74,8 +73,8 @@ pub fn files(settings: &Settings, shapes: &[Shape]) -> impl Iterator<Item = (Str
         }))
 }
 
-/// Names and texts of the files of a brush, the collection last. `frames` are those of `filaments`,
-/// which `settings` state.
+/// Returns names and texts of the files of a brush, the collection last. `frames` are those of
+/// `filaments`, which `settings` state.
 pub fn brush_files<'a>(
     settings: &'a Settings,
     filaments: &'a [FilamentResult],
@@ -100,7 +99,7 @@ pub fn brush_files<'a>(
         .chain(list)
 }
 
-/// All filaments at one time: a line through the nodes of each.
+/// Returns the text of all filaments at one time: a line through the nodes of each.
 fn brush(filaments: &[FilamentResult], frame: &Frame) -> String {
     let nodes = frame.nodes_m.concat();
     let points = singles("Points", 3, nodes.as_flattened());
@@ -161,12 +160,12 @@ fn brush(filaments: &[FilamentResult], frame: &Frame) -> String {
     )
 }
 
-/// The time of a file, in s.
+/// Returns the array with the time of a file, in s.
 fn time_value(time: f64) -> String {
     reals("TimeValue", "NumberOfTuples", 1, &[time])
 }
 
-/// The filament at one time: a line through its nodes.
+/// Returns the text of the filament at one time: a line through its nodes.
 fn filament(pass: &Pass, settings: &Settings, shape: &Shape) -> String {
     let segment = settings.filament.length_m / settings.filament.segments as f64;
     let contact_radius = settings.contact.radius_m;
@@ -212,14 +211,14 @@ fn filament(pass: &Pass, settings: &Settings, shape: &Shape) -> String {
     )
 }
 
-/// The angle between two directions in rad.
+/// Returns the angle between two directions in rad.
 fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
     let normal = cross(a, b);
     dot(normal, normal).sqrt().atan2(dot(a, b))
 }
 
-/// The gap of a node at `position` (m) and `time` (s) to the face or the edge that is nearest to
-/// it, in m.
+/// Returns the gap in m between a node at `position` (m) and `time` (s) and the nearest face or
+/// edge.
 fn gap(workpiece: &impl Workpiece, position: [f64; 3], time: f64) -> f64 {
     let edges = workpiece
         .edges()
@@ -232,8 +231,8 @@ fn gap(workpiece: &impl Workpiece, position: [f64; 3], time: f64) -> f64 {
         .unwrap_or_else(|| workpiece.surface(position, time).gap)
 }
 
-/// The part of the workpiece's profile that the filament can reach: a strip of rectangles as wide
-/// as the trim turns. It is as it lies at time zero, or where the workpiece has come up to.
+/// Returns the part of the workpiece's profile that the filament can reach: a strip of rectangles
+/// as wide as the turning trim. Its place is that at time zero, or after the workpiece has come up.
 fn workpiece(pass: &Pass, settings: &Settings) -> String {
     let profile = pass
         .outline((1.0 + MARGIN) * settings.tool_radius_m())
@@ -265,8 +264,8 @@ fn workpiece(pass: &Pass, settings: &Settings) -> String {
     )
 }
 
-/// How far the undeformed turning trim reaches along a unit vector to either side of the tool's
-/// centre, in m: of upright radial tools half their width.
+/// Returns the reach of the undeformed turning trim along a unit vector, to either side of the
+/// tool's centre, in m. For upright radial tools it is half the width.
 fn extent(settings: &Settings, along: [f64; 3]) -> [f64; 2] {
     let trim = Trim::of(settings);
     if is_upright(settings) {
@@ -283,7 +282,7 @@ fn extent(settings: &Settings, along: [f64; 3]) -> [f64; 2] {
     ends(reaches)
 }
 
-/// The number of points, and the array of their coordinates in m.
+/// Returns the number of points, and the array of their coordinates in m.
 fn places(points: &[[f64; 3]]) -> (usize, String) {
     (
         points.len(),
@@ -291,8 +290,8 @@ fn places(points: &[[f64; 3]]) -> (usize, String) {
     )
 }
 
-/// Points as [`places`] states them, cells of points by their numbers, data at the points and of
-/// the cells, and `fields` of the whole.
+/// Returns a PolyData file from points ([`places`]), cells of point numbers, data of points and
+/// cells, and `fields` of the whole.
 fn poly_data<C: AsRef<[i64]>>(
     (count, coordinates): (usize, String),
     kind: &str,
@@ -345,7 +344,7 @@ fn reals(name: &str, size: &str, number: usize, values: &[f64]) -> String {
     )
 }
 
-/// Numbers of single precision, as those of frames are.
+/// Returns an array of single precision, as that of frames.
 fn singles(name: &str, number: usize, values: &[f32]) -> String {
     array(
         "Float32",
@@ -356,8 +355,8 @@ fn singles(name: &str, number: usize, values: &[f32]) -> String {
     )
 }
 
-/// Numbers in base 64, preceded by their length in bytes. `size` is the attribute that states how
-/// many belong together.
+/// Returns an array of numbers in base 64, preceded by their length in bytes. `size` is the
+/// attribute with the number of components.
 fn array(
     kind: &str,
     name: &str,
@@ -372,8 +371,8 @@ fn array(
     )
 }
 
-/// All files with their `times` in s: what moves is part 0 and called `moving`, the workpiece is
-/// part 1.
+/// Returns the collection of all files with their `times` in s. Part 0 moves and is called
+/// `moving`; part 1 is the workpiece.
 fn collection(moving: &str, times: impl Iterator<Item = f64>) -> String {
     let mut text = format!("{HEADING}<VTKFile type=\"Collection\" {ATTRIBUTES}>\n<Collection>\n");
     for (k, time) in times.enumerate() {

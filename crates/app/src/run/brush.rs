@@ -50,7 +50,7 @@ pub struct BrushMeans<'a> {
     pub options: RunOptions,
     /// Ends the simulation at its next step.
     pub stop: &'a Stop,
-    /// Where its state is kept; `None` if nowhere.
+    /// Place of its state; `None` without one.
     pub store: Option<BrushStore<'a>>,
 }
 
@@ -75,17 +75,18 @@ pub enum BrushEvent<'a> {
     Resumed(f64, &'a Path),
     /// This share is done.
     Done(f64),
-    /// Without a steady stretch, so many columns are replaced by more, from the beginning.
+    /// Without a steady stretch, the simulation restarts with more columns: their numbers before
+    /// and after.
     MoreColumns(usize, usize),
     /// A checkpoint could not be written; the first of several in a row.
     NotKept(&'a FileError),
     /// It was stopped; the checkpoint has this share.
     Stopped(f64, &'a Path),
-    /// At this depth in m, on the way to that of a force, the force is so many N.
+    /// A step of the search for the depth of a force: depth in m and force in N.
     Pressed(f64, f64),
 }
 
-/// Why a brush has no result.
+/// Reasons why a brush has no result.
 #[derive(Debug, Error)]
 pub enum BrushRunError {
     /// Its settings cannot be simulated.
@@ -118,7 +119,7 @@ impl From<Unreachable> for BrushRunError {
 }
 
 /// A simulated brush.
-pub struct SimulatedBrush {
+pub struct BrushSimulation {
     /// Its settings, at the depth of the force if they state one.
     pub settings: Settings,
     /// Its result.
@@ -137,7 +138,7 @@ pub fn simulate_brush(
     settings: &Settings,
     means: &BrushMeans<'_>,
     observe: &mut dyn FnMut(BrushEvent<'_>),
-) -> Result<SimulatedBrush, BrushRunError> {
+) -> Result<BrushSimulation, BrushRunError> {
     let is_pressed = settings.process.tool_force_n.is_some();
     let store = means.store.filter(|_| is_pressed);
     let mut journal = store
@@ -175,7 +176,7 @@ pub fn simulate_brush(
         None => simulate(&settings, means, observe)?,
     };
     result.tool.force_stiffness_n_m = stiffness;
-    Ok(SimulatedBrush {
+    Ok(BrushSimulation {
         settings,
         result,
         state,

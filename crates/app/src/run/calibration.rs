@@ -59,8 +59,7 @@ pub fn write_calibration(
 /// `--set` and the fitted values. `moved` turns a path in the file into the same from the
 /// directory.
 ///
-/// # Errors
-/// What cannot be restated, in words.
+/// # Errors The part that cannot be restated, in words.
 pub fn calibrated_text(
     directory: &Path,
     text: &str,

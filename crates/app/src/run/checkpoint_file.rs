@@ -29,7 +29,7 @@ const MAX_WRITING_SHARE: f64 = 0.05;
 pub struct UnusableCheckpoint {
     /// The file.
     pub path: PathBuf,
-    /// What is wrong with it.
+    /// The error in it.
     pub error: CheckpointError,
 }
 

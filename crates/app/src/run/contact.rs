@@ -44,9 +44,9 @@ pub const HISTORY_PARQUET: &str = "history.parquet";
 pub const OF_CONTACT: [&str; 5] = [CASE, PROFILE, POSITIONS, SHAPES, HISTORY_PARQUET];
 
 /// Least number of equally spaced times of a pass from which the shapes in the figures are chosen.
-const LEAST_SHAPES: usize = 300;
-/// The number of turns up to which there are so many of each.
-const MOST_TURNS: usize = 8;
+const MIN_SHAPES: usize = 300;
+/// Maximum number of turns that each add this number of times.
+const MAX_SHOWN_TURNS: usize = 8;
 
 /// All files that the simulation of a contact or a brush writes or removes.
 #[must_use]
@@ -68,7 +68,7 @@ impl ShapeTimes {
     /// touches.
     #[must_use]
     pub fn new(settings: &Settings, count: usize) -> Self {
-        let least = LEAST_SHAPES * settings.process.turns().at_most().min(MOST_TURNS);
+        let least = MIN_SHAPES * settings.process.turns().at_most().min(MAX_SHOWN_TURNS);
         let every = least.div_ceil(count.max(2) - 1);
         Self { count, every }
     }

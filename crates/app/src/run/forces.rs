@@ -1,5 +1,5 @@
-//! The forces of simulated brushes in the journal of a directory: a calibration, or a search for
-//! the depth of a force, that is repeated goes the same way and finds them there.
+//! The forces of simulated brushes in the journal of a directory. A repeated calibration, or a
+//! repeated search for the depth of a force, takes the same steps and finds the forces there.
 
 use std::collections::HashMap;
 use std::ops::ControlFlow;
@@ -17,7 +17,7 @@ use crate::store::staged::FileError;
 
 /// The result of a line.
 #[derive(Serialize, Deserialize)]
-struct Entry {
+struct ForceEntry {
     forces: Forces,
 }
 
@@ -28,13 +28,12 @@ pub struct ForceJournal {
     journal: JournalFile,
     /// The number of those that were known when it was opened.
     pub earlier: usize,
-    /// Where the journal of another build has been moved.
+    /// Path to which the journal of another build was moved.
     pub kept: Option<PathBuf>,
 }
 
 impl ForceJournal {
-    /// Opens the journal of a directory, which must be occupied. Begins a new one if it is to
-    /// `restart`.
+    /// Opens the journal of a directory, which must be occupied. Begins a new one on `restart`.
     ///
     /// # Errors
     /// As for [`JournalFile::open`].
@@ -42,7 +41,7 @@ impl ForceJournal {
         let mut known = HashMap::new();
         let mut previous = Previous::of(directory);
         let (journal, _) = JournalFile::open(directory, restart, &mut previous, |key, line| {
-            if let Ok(Entry { forces }) = serde_json::from_str(line) {
+            if let Ok(ForceEntry { forces }) = serde_json::from_str(line) {
                 known.insert(key, forces);
             }
         })?;
@@ -69,7 +68,7 @@ impl ForceJournal {
     pub fn append(&self, settings: &Settings, forces: Forces) -> ControlFlow<()> {
         let key = key(settings);
         self.known().insert(key, forces);
-        self.journal.append(&line(key, &Entry { forces }))
+        self.journal.append(&line(key, &ForceEntry { forces }))
     }
 
     /// Syncs everything to disk.

@@ -1,8 +1,8 @@
 //! A study from its settings to the files of its results, once for the program and for Python.
 //!
 //! [`StudyRun`] simulates the cases and journals them; [`StudyRun::finish`] draws the page and
-//! writes all files. An [`Observer`] sees how far it is. [`publish`] writes the files of results
-//! that are there already.
+//! writes all files. A [`ProgressObserver`] receives its progress. [`publish`] writes the files of
+//! results that are there already.
 
 pub mod brush;
 pub mod calibration;
@@ -21,15 +21,15 @@ use std::path::{Path, PathBuf};
 use crate::insight::advice::Answer;
 use crate::insight::assumptions::Assumptions;
 use crate::insight::findings::{Finding, judge_study};
-use crate::insight::measured::{Comparison, compare};
+use crate::insight::measured::{ForceComparison, compare};
 use crate::report::page::{CourseRecorder, ReportContext, course_recorder, page};
 #[cfg(feature = "parquet")]
 use crate::report::parquet::write_runs_parquet;
 use crate::store::journal::{Key, StudyKeys};
 use crate::store::journal_file::{JournalFile, JournalFileError, JournalState};
 use crate::store::previous::Previous;
-use crate::store::results::Origin;
-use crate::store::staged::{FileError, Occupied, StagedFile, Written, remove};
+use crate::store::results::BuildOrigin;
+use crate::store::staged::{FileError, Occupied, StagedFile, WrittenFiles, remove};
 use crate::store::study_files::{
     COMPARISON, MEASURED, RUNS_PARQUET, keep_others, occupy_results, write_study,
 };
@@ -41,22 +41,22 @@ use parking_lot::Mutex;
 use serde_json::Value;
 use thiserror::Error;
 
-/// Watches a study, from any thread.
-pub trait Observer: Sync {
+/// Observer of a study, called from any thread.
+pub trait ProgressObserver: Sync {
     /// A case, counted from 0, has a result, which is in the journal if there is one.
     fn case_done(&self, case: usize, failed: bool);
 
     /// No further case is simulated; page and files may follow.
     fn ended(&self) {}
 
-    /// The recommendation for what the file asks for is simulated.
+    /// The recommendation for the goal of the file is simulated.
     fn answering(&self) {}
 
-    /// That is done, or there is nothing to answer.
+    /// The answer is complete, or there is no goal.
     fn answered(&self) {}
 }
 
-/// Why a study has no results.
+/// Reasons why a study has no results.
 #[derive(Debug, Error)]
 pub enum RunError {
     /// Threads cannot be started.
@@ -67,7 +67,7 @@ pub enum RunError {
         "{error}\n{done} of {total} cases are in the journal; once there is room, run the same command again to resume"
     )]
     Unfinished {
-        /// Why.
+        /// Cause.
         error: FileError,
         /// Number of cases in the journal.
         done: usize,
@@ -85,8 +85,8 @@ pub struct RunContext<'a> {
     pub resources: Resources,
     /// Ends the study at the next step of each of its passes.
     pub stop: &'a Stop,
-    /// Watches it.
-    pub observer: &'a dyn Observer,
+    /// Observer of the study.
+    pub observer: &'a dyn ProgressObserver,
 }
 
 /// The directory where results go.
@@ -112,12 +112,12 @@ pub struct StudyOutcome {
     pub study: Study,
     /// One result per case.
     pub results: Vec<CaseResult>,
-    /// What was not stated.
+    /// Settings that were not stated.
     pub assumptions: Assumptions,
     /// The answer to what the file asks for.
     pub answer: Option<Answer>,
-    /// How measured forces compare.
-    pub comparisons: Vec<Comparison>,
+    /// Comparisons with measured forces.
+    pub comparisons: Vec<ForceComparison>,
     /// Findings about the results.
     pub findings: Vec<Finding>,
     /// The files that were written.
@@ -125,7 +125,7 @@ pub struct StudyOutcome {
 }
 
 impl StudyRun {
-    /// A study without results, which go nowhere.
+    /// Creates a study without results and without a directory for them.
     #[must_use]
     pub fn new(study: Study) -> Self {
         Self {
@@ -136,16 +136,16 @@ impl StudyRun {
         }
     }
 
-    /// A study with the results that the journal of `directory` has of its cases, or without any
-    /// if it is to `restart`. Results of another study there are kept aside. What is written to
-    /// subdirectories by others is announced with it.
+    /// Opens a study with the results that the journal of `directory` has of its cases, or without
+    /// any after a `restart`. Results of another study there are moved aside. `subdirectories`
+    /// announces files that others write there.
     ///
     /// # Errors
     /// If the directory cannot be used, or its journal cannot be read.
     pub fn open(
         study: Study,
         directory: &Path,
-        subdirectories: &[Written<'_>],
+        subdirectories: &[WrittenFiles<'_>],
         restart: bool,
     ) -> Result<(Self, DirectoryState), JournalFileError> {
         let occupied = occupy_results(directory, subdirectories)?;
@@ -174,13 +174,13 @@ impl StudyRun {
         &self.study
     }
 
-    /// The results so far.
+    /// Returns the results so far.
     #[must_use]
     pub fn results(&self) -> &[Option<CaseResult>] {
         &self.results
     }
 
-    /// The numbers of cases that have a result, and of those that failed.
+    /// Returns the numbers of cases with a result, and of failed cases.
     #[must_use]
     pub fn counts(&self) -> (usize, usize) {
         let done = self.results.iter().flatten();
@@ -190,7 +190,7 @@ impl StudyRun {
         )
     }
 
-    /// Its journal, if its results go anywhere.
+    /// Returns the journal, if there is a directory.
     #[must_use]
     pub fn journal(&self) -> Option<&JournalFile> {
         self.output.as_ref().map(|output| &output.journal)
@@ -244,8 +244,7 @@ impl StudyRun {
         Ok(outcome)
     }
 
-    /// Simulates the cases that have no result, of those that are its own, which are counted from
-    /// 0.
+    /// Simulates the cases without a result for which `is_own` is `true`. They are counted from 0.
     ///
     /// # Errors
     /// If threads cannot be started, or a file cannot be written.
@@ -318,7 +317,7 @@ impl StudyRun {
         let findings = judge_study(&study, &results);
         let (files, comparisons) = match &output {
             Some(Output { directory, .. }) => {
-                let (origin, answer) = (&Origin::here(), answer.as_ref());
+                let (origin, answer) = (&BuildOrigin::here(), answer.as_ref());
                 let report = ReportContext {
                     statement,
                     origin,
@@ -356,11 +355,11 @@ impl StudyRun {
 pub struct DirectoryState {
     /// The journal.
     pub journal: JournalState,
-    /// Where the results of another study have been moved.
+    /// Directory to which the results of another study were moved.
     pub kept: Option<PathBuf>,
 }
 
-/// Why results from elsewhere were not taken.
+/// Reasons why results from elsewhere were not taken.
 #[derive(Debug)]
 pub enum TakeError<E> {
     /// Their journal cannot be read.
@@ -418,7 +417,7 @@ fn settle(output: Option<&mut Output>, results: &[Option<CaseResult>]) -> Result
     })
 }
 
-/// The page of results, with the courses that `recorder` has not recorded.
+/// Returns the page of results, and simulates the courses that `recorder` has not recorded.
 ///
 /// # Errors
 /// If threads cannot be started, or it is asked to stop.
@@ -429,7 +428,7 @@ pub fn page_of(
     context: &ReportContext<'_>,
     threads: Option<NonZeroUsize>,
     stop: &Stop,
-) -> Result<(String, Vec<Comparison>), RunError> {
+) -> Result<(String, Vec<ForceComparison>), RunError> {
     let courses = recorder.finish(results, threads)?;
     // A page without some of its courses must not replace another.
     if stop.is_requested() {
@@ -441,7 +440,7 @@ pub fn page_of(
 }
 
 /// Draws the page of results and writes all files of a study to its directory, which must be
-/// occupied. Returns their paths, and how measured forces compare.
+/// occupied. Returns their paths, and the comparisons with measured forces.
 ///
 /// # Errors
 /// If a file cannot be written, or it is asked to stop.
@@ -453,7 +452,7 @@ pub fn publish(
     context: &ReportContext<'_>,
     threads: Option<NonZeroUsize>,
     stop: &Stop,
-) -> Result<(Vec<PathBuf>, Vec<Comparison>), RunError> {
+) -> Result<(Vec<PathBuf>, Vec<ForceComparison>), RunError> {
     let (page, comparisons) = page_of(recorder, study, results, context, threads, stop)?;
     let total = study.case_count();
     let unfinished = |error| RunError::Unfinished {

@@ -44,7 +44,7 @@ pub enum CheckpointError {
 
 /// The first line.
 #[derive(Serialize, Deserialize)]
-struct Header {
+struct CheckpointHeader {
     checkpoint: String,
     format: u32,
     #[serde(flatten)]
@@ -72,7 +72,7 @@ pub fn state_of(bytes: &[u8]) -> Option<Checkpoint> {
 #[must_use]
 pub fn write_checkpoint(settings: &Settings, frames: usize, state: &Checkpoint) -> Vec<u8> {
     let state = state_bytes(state);
-    let header = Header {
+    let header = CheckpointHeader {
         checkpoint: KIND.to_owned(),
         format: FORMAT,
         program: here(),
@@ -124,7 +124,7 @@ pub fn read_checkpoint(
         }
         _ => return Err(CheckpointError::Foreign),
     }
-    let header: Header = unsealed("", line).ok_or(CheckpointError::Damaged)?;
+    let header: CheckpointHeader = unsealed("", line).ok_or(CheckpointError::Damaged)?;
     let key = key_of(settings, frames);
     if header.key != key || !header.program.differences(&here()).is_empty() {
         return Err(CheckpointError::Other);

@@ -50,7 +50,7 @@ pub(crate) static SOLVER: LazyLock<String> = LazyLock::new(|| {
 
 /// The first line of a journal of this program, with its newline.
 static HEADER: LazyLock<String> = LazyLock::new(|| {
-    let header = Header {
+    let header = JournalHeader {
         journal: "bristle".to_owned(),
         format: FORMAT,
         program: Program::here(&SOLVER),
@@ -134,7 +134,7 @@ pub struct Length {
 
 /// The first line.
 #[derive(Serialize, Deserialize)]
-struct Header {
+struct JournalHeader {
     journal: String,
     format: u32,
     #[serde(flatten)]
@@ -259,7 +259,7 @@ fn unlike(line: &[u8]) -> JournalError {
         Ok(found) if found != u64::from(FORMAT) => return JournalError::Format(found),
         _ => {}
     }
-    match text.and_then(|line| unsealed::<Header>("", line)) {
+    match text.and_then(|line| unsealed::<JournalHeader>("", line)) {
         Some(header) => JournalError::Other(header.program.differences(&Program::here(&SOLVER))),
         None => JournalError::Damaged(1),
     }
@@ -278,7 +278,7 @@ pub struct StudyKeys {
 /// The result of a case.
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
-enum Outcome<S> {
+enum CaseOutcome<S> {
     Simulated {
         #[serde(flatten)]
         summary: S,
@@ -313,11 +313,11 @@ impl StudyKeys {
     #[must_use]
     pub fn line(&self, case: usize, result: &CaseResult) -> String {
         let outcome = match result {
-            Ok(summary) => Outcome::Simulated {
+            Ok(summary) => CaseOutcome::Simulated {
                 summary,
                 chart_changes: summary.statistics.chart_changes,
             },
-            Err(error) => Outcome::Failed {
+            Err(error) => CaseOutcome::Failed {
                 error: error.clone(),
             },
         };
@@ -331,14 +331,14 @@ impl StudyKeys {
     pub fn result_of(&self, key: Key, line: &str) -> Option<(&[usize], CaseResult)> {
         let cases = self.cases.get(&key)?;
         let result = match serde_json::from_str(line).ok()? {
-            Outcome::<CaseSummary>::Simulated {
+            CaseOutcome::<CaseSummary>::Simulated {
                 mut summary,
                 chart_changes,
             } => {
                 summary.statistics.chart_changes = chart_changes;
                 Ok(summary)
             }
-            Outcome::Failed { error } => Err(error),
+            CaseOutcome::Failed { error } => Err(error),
         };
         let is_complete = !self.checks
             || result
@@ -423,7 +423,7 @@ mod tests {
         let mut header: Value = serde_json::from_str(&format!("{line}}}")).expect("JSON");
         change(&mut header);
         // Through the structure, so that the keys are in the order of a header.
-        let typed: Header = serde_json::from_value(header).expect("a header");
+        let typed: JournalHeader = serde_json::from_value(header).expect("a header");
         sealed("", &typed)
     }
 

@@ -54,13 +54,13 @@ pub struct JournalFile {
 struct Shared {
     path: PathBuf,
     file: File,
-    state: Mutex<Written>,
+    state: Mutex<WrittenJournal>,
     /// Signals that there are lines to sync, or that the journal is closing.
     changed: Condvar,
 }
 
 #[derive(Debug)]
-struct Written {
+struct WrittenJournal {
     /// Length of the complete lines in bytes.
     length: u64,
     /// Number of results that this process has appended.
@@ -145,7 +145,7 @@ impl JournalFile {
         }
         debug!(path = %shown_path(&path), bytes = intact, "journal opened");
 
-        let mut state = Written {
+        let mut state = WrittenJournal {
             length: intact,
             appended: 0,
             fresh: false,
@@ -286,7 +286,7 @@ impl Drop for JournalFile {
 }
 
 impl Shared {
-    fn state(&self) -> MutexGuard<'_, Written> {
+    fn state(&self) -> MutexGuard<'_, WrittenJournal> {
         self.state.lock()
     }
 
@@ -312,7 +312,7 @@ impl Shared {
     }
 }
 
-impl Written {
+impl WrittenJournal {
     /// Writes the header. The file and its name are on disk before any case is simulated.
     fn begin(&mut self, mut file: &File, header: &str, directory: &Path) -> io::Result<()> {
         self.cut(file)?;

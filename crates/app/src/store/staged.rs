@@ -264,7 +264,7 @@ pub struct Occupied {
 
 /// A subdirectory of the results, empty for the directory itself, and the names of the files that a
 /// command writes to it.
-pub type Written<'a> = (&'a str, &'a dyn Fn(&str) -> bool);
+pub type WrittenFiles<'a> = (&'a str, &'a dyn Fn(&str) -> bool);
 
 /// Announces that this process writes to a directory, and checks that nothing is in the way of the
 /// `written` files. If no other process writes there, removes temporary versions of these files
@@ -277,7 +277,7 @@ pub type Written<'a> = (&'a str, &'a dyn Fn(&str) -> bool);
 /// # Errors
 /// If anything but a regular file is in the place of a file, or a link in the place of a
 /// subdirectory.
-pub fn occupy(directory: &Path, written: &[Written<'_>]) -> Result<Occupied, FileError> {
+pub fn occupy(directory: &Path, written: &[WrittenFiles<'_>]) -> Result<Occupied, FileError> {
     for (subdirectory, ours) in written {
         let path = directory.join(subdirectory);
         if !subdirectory.is_empty() && path.is_symlink() {

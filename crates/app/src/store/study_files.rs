@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::store::previous::Previous;
-use crate::store::results::{Origin, read_study, study_text_from, write_runs};
+use crate::store::results::{BuildOrigin, read_study, study_text_from, write_runs};
 use bristle_study::grid::{CaseResult, Study};
 use bristle_study::input::measured::{Measurement, measured_text};
 use bristle_study::input::statement::Statement;
 
 use crate::store::journal_file::JOURNAL;
 use crate::store::staged::{
-    FileError, Occupied, StagedFile, Written, occupy, prepare_directory, read_results,
+    FileError, Occupied, StagedFile, WrittenFiles, occupy, prepare_directory, read_results,
 };
 
 /// The settings of the study.
@@ -38,11 +38,11 @@ const RESULTS: [&str; 6] = [RUNS, RUNS_PARQUET, STUDY, REPORT, MEASURED, COMPARI
 /// As for [`prepare_directory`] and [`occupy`].
 pub fn occupy_results(
     directory: &Path,
-    subdirectories: &[Written<'_>],
+    subdirectories: &[WrittenFiles<'_>],
 ) -> Result<Occupied, FileError> {
     prepare_directory(directory)?;
     let is_result = |name: &str| RESULTS.contains(&name) || name == JOURNAL;
-    let mut written: Vec<Written<'_>> = vec![("", &is_result)];
+    let mut written: Vec<WrittenFiles<'_>> = vec![("", &is_result)];
     written.extend_from_slice(subdirectories);
     occupy(directory, &written)
 }
@@ -55,7 +55,7 @@ pub fn occupy_results(
 pub fn keep_others(
     directory: &Path,
     study: &Study,
-    subdirectories: &[Written<'_>],
+    subdirectories: &[WrittenFiles<'_>],
     previous: &mut Previous,
 ) -> Result<(), FileError> {
     let path = directory.join(STUDY);
@@ -86,7 +86,14 @@ pub fn write_shard(
     measured: &[Measurement],
 ) -> Result<(), FileError> {
     let has_measured = !measured.is_empty();
-    let text = study_text_from(study, &Origin::here(), statement, &[], None, has_measured);
+    let text = study_text_from(
+        study,
+        &BuildOrigin::here(),
+        statement,
+        &[],
+        None,
+        has_measured,
+    );
     let mut staged = vec![StagedFile::text(directory, STUDY, &text)?];
     if has_measured {
         let text = measured_text(measured, &study.tool_names());
@@ -106,7 +113,7 @@ pub fn write_shard(
 /// If a file cannot be written.
 pub fn write_study(
     directory: &Path,
-    (study, origin, statement, findings): (&Study, &Origin, &Statement, &[Value]),
+    (study, origin, statement, findings): (&Study, &BuildOrigin, &Statement, &[Value]),
     results: &[CaseResult],
     page: &str,
     has_measured: bool,

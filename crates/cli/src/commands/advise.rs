@@ -61,7 +61,7 @@ pub struct AdviseArgs {
     /// Highest contact time ratio
     #[arg(long, value_name = "RATIO", value_parser = parse_ratio)]
     max_ratio: Option<f64>,
-    /// What there is to be most of: the force, or what is removed from edges or in all
+    /// Quantity to maximise: the force, or the removal from edges or in all
     #[arg(long, value_name = "WHAT", value_parser = parse_most)]
     most: Option<Most>,
     /// Do not simulate the recommendation

@@ -14,8 +14,8 @@ use bristle_app::run::forces::{ForceJournal, JournaledForces};
 use bristle_app::store::journal_file::JOURNAL;
 use bristle_app::store::staged::{read_table, relative_to};
 use bristle_study::calibrate::{
-    Calibration, FitError, Fitted, Interrupted, Means, Problem, Reach, STARTS, Unwatched,
-    calibrate, summary,
+    Calibration, CalibrationContext, FitError, Fitted, Interrupted, MeasurementLimits, Problem,
+    STARTS, SilentObserver, calibrate, summary,
 };
 use bristle_study::input::measured::{read_points, read_radii};
 use bristle_study::text::shown_path;
@@ -132,14 +132,14 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
         tell: &|share| progress.tell(share),
     };
     let resources = arguments.job.resources.resources();
-    let reach = Reach {
+    let reach = MeasurementLimits {
         max_rpm: arguments.max_rpm,
         max_depth_m: arguments.max_depth_mm.map(|depth| depth / 1e3),
     };
     let outcome = calibrate(
         problem,
         reach,
-        Means {
+        CalibrationContext {
             resources,
             stop: &stop,
             observer: &watch,
@@ -201,10 +201,10 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
     let findings = settings.iter().filter_map(bias_of_fit).collect();
     say_findings(&arguments.job.told(findings));
     if arguments.job.check {
-        let change = calibration.change_when_checked(Means {
+        let change = calibration.change_when_checked(CalibrationContext {
             resources,
             stop: &stop,
-            observer: &Unwatched,
+            observer: &SilentObserver,
             starts: 0,
         });
         let change = match change {

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use bristle_app::report::drawing::format::parse_width;
 use bristle_app::store::staged::{StagedFile, directory_of, occupy, prepare_directory};
 use bristle_equations::derive::{
-    ARTICLE_WIDTH_MM, DeriveFormat, Derived, Equations, Motion, Shape, derive, derive_fragment,
+    ARTICLE_WIDTH_MM, DeriveFormat, Derived, Equations, Motion, RelaxedShape, derive,
+    derive_fragment,
 };
 use bristle_study::grid::tentative;
 use clap::Args;
@@ -91,11 +92,11 @@ fn equations(arguments: &DeriveArgs) -> Result<Equations, CliError> {
         } => Equations::Whole {
             segments: *segments,
             motion: Motion::Spatial,
-            shape: Shape::default(),
+            shape: RelaxedShape::default(),
         },
         _ => Equations::Kernels,
     };
-    let shape = Shape {
+    let shape = RelaxedShape {
         is_straight: arguments.straight,
         is_cylinder: arguments.uniform,
     };
@@ -131,12 +132,12 @@ fn format() -> impl TypedValueParser<Value = DeriveFormat> {
 }
 
 /// Longer equations are for nobody to read. Those of 17 segments in space have as many.
-const MOST_PAGES: usize = 200;
+const MAX_PAGES: usize = 200;
 
 /// Runs the command.
 pub fn run(arguments: &DeriveArgs) -> Result<(), CliError> {
     let (equations, format) = (equations(arguments)?, arguments.format);
-    if let Some(pages) = equations.pages(format).filter(|pages| *pages > MOST_PAGES) {
+    if let Some(pages) = equations.pages(format).filter(|pages| *pages > MAX_PAGES) {
         say(format_args!(
             "note: written out, these equations take some {pages} pages, which nobody reads, and grow with the cube of the number of \
              segments\n\

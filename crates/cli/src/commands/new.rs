@@ -174,7 +174,7 @@ pub fn run(arguments: &NewArgs) -> Result<(), CliError> {
     Ok(())
 }
 
-/// What is known of the brush.
+/// Data of the brush.
 #[derive(Debug)]
 struct Answered {
     kind: ToolKind,

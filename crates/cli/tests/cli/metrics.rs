@@ -9,7 +9,7 @@ use bristle_app::report::drawing::format::Format;
 use bristle_app::report::figures::study_figures;
 use bristle_app::report::page::{ReportContext, page};
 use bristle_app::report::tables::study_tables;
-use bristle_app::store::results::{Origin, run_columns};
+use bristle_app::store::results::{BuildOrigin, run_columns};
 use bristle_study::grid::brush::{Having, metric_columns};
 use bristle_study::grid::{CaseResult, Interaction, Study, run_study};
 use bristle_study::input::statement::Statement;
@@ -79,7 +79,7 @@ fn every_reader_shows_every_metric() {
     // The page, the force first, then the most prominent metrics.
     let context = ReportContext {
         statement: &Statement::default(),
-        origin: &Origin::here(),
+        origin: &BuildOrigin::here(),
         assumptions: &Assumptions::default(),
         answer: None,
         measured: &[],

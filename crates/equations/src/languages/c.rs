@@ -2,7 +2,7 @@
 
 use bristle_codegen::back::languages::{Dialect, FunctionBody, check_names};
 use bristle_codegen::back::source::{Origin, comment};
-use bristle_codegen::ir::kernel::{Kernel, Output, Shape};
+use bristle_codegen::ir::kernel::{Kernel, Output, OutputShape};
 use bristle_codegen::ir::special;
 
 use super::{
@@ -93,7 +93,7 @@ pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<Vec<SourceFile>, S
 }
 
 /// The dimensions of an array in brackets.
-fn dimensions(shape: Shape) -> String {
+fn dimensions(shape: OutputShape) -> String {
     shape
         .sizes()
         .into_iter()
@@ -129,7 +129,7 @@ fn declaration(kernel: &Kernel) -> String {
     arguments.push(match &kernel.outputs[..] {
         [
             Output {
-                shape: Shape::Scalar,
+                shape: OutputShape::Scalar,
                 ..
             },
         ] => "double *result".into(),
@@ -146,14 +146,14 @@ fn declaration(kernel: &Kernel) -> String {
 /// The statements that write an output.
 fn assignments(kernel: &Kernel, output: &Output, body: &FunctionBody) -> String {
     let place = match (&kernel.outputs[..], output.shape) {
-        ([_], Shape::Scalar) => "*result".into(),
+        ([_], OutputShape::Scalar) => "*result".into(),
         ([_], _) => "result".into(),
         _ => format!("result->{}", output.name),
     };
     let index = |k: usize| match output.shape {
-        Shape::Scalar => String::new(),
-        Shape::Vector(_) => format!("[{k}]"),
-        Shape::Matrix(_, columns) => format!("[{}][{}]", k / columns, k % columns),
+        OutputShape::Scalar => String::new(),
+        OutputShape::Vector(_) => format!("[{k}]"),
+        OutputShape::Matrix(_, columns) => format!("[{}][{}]", k / columns, k % columns),
     };
     let values = body.values(output);
     values

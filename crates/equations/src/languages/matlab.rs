@@ -2,7 +2,7 @@
 
 use bristle_codegen::back::languages::{Dialect, FunctionBody, check_names};
 use bristle_codegen::back::source::{Origin, comment};
-use bristle_codegen::ir::kernel::{Kernel, Output, Shape};
+use bristle_codegen::ir::kernel::{Kernel, Output, OutputShape};
 
 use super::{SourceFile, documentation, header_in, series_filled, uses_half_angle_squared};
 
@@ -105,12 +105,12 @@ fn assignments(kernel: &Kernel, output: &Output, body: &FunctionBody) -> String 
             .collect()
     };
     match output.shape {
-        Shape::Scalar => format!("  {place} = {};\n", values[0]),
-        Shape::Vector(length) => format!(
+        OutputShape::Scalar => format!("  {place} = {};\n", values[0]),
+        OutputShape::Vector(length) => format!(
             "  {place} = zeros({length}, 1);\n{}",
             elements(&|k| (k + 1).to_string())
         ),
-        Shape::Matrix(rows, columns) => {
+        OutputShape::Matrix(rows, columns) => {
             let index = |k: usize| format!("{}, {}", k / columns + 1, k % columns + 1);
             format!(
                 "  {place} = zeros({rows}, {columns});\n{}",

@@ -2,7 +2,7 @@
 
 use bristle_codegen::back::source::{Origin, header};
 use bristle_codegen::ir::graph::Node;
-use bristle_codegen::ir::kernel::{Input, Kernel, Output, Shape};
+use bristle_codegen::ir::kernel::{Kernel, KernelInput, Output, OutputShape};
 use bristle_codegen::ir::special;
 
 /// Keywords of Python, and the `words` that a module uses.
@@ -35,14 +35,14 @@ pub struct SourceFile {
 /// Describes an output with its shape and its unit.
 fn describe(output: &Output) -> String {
     let shape = match output.shape {
-        Shape::Scalar | Shape::Matrix(..) => String::new(),
-        Shape::Vector(length) => format!(", {length} values"),
+        OutputShape::Scalar | OutputShape::Matrix(..) => String::new(),
+        OutputShape::Vector(length) => format!(", {length} values"),
     };
     format!("{}{shape}{}", output.doc, output.in_unit())
 }
 
 /// Describes an input with its size.
-fn describe_input(input: &Input) -> String {
+fn describe_input(input: &KernelInput) -> String {
     match input.elements.len() {
         1 => input.doc.clone(),
         size => format!("{}, {size} values", input.doc),

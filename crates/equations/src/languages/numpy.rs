@@ -2,7 +2,7 @@
 
 use bristle_codegen::back::languages::{Dialect, FunctionBody, check_names};
 use bristle_codegen::back::source::Origin;
-use bristle_codegen::ir::kernel::{Input, Kernel, Output, Shape};
+use bristle_codegen::ir::kernel::{Kernel, KernelInput, Output, OutputShape};
 use bristle_codegen::ir::naming::camel_case;
 use bristle_codegen::ir::special;
 
@@ -83,7 +83,7 @@ pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, String> {
             .iter()
             .filter(|input| !body.unused.contains(&input.name));
         let arrays: String = used
-            .map(|Input { name, .. }| format!("    {name} = np.asarray({name})\n"))
+            .map(|KernelInput { name, .. }| format!("    {name} = np.asarray({name})\n"))
             .collect();
         let (class, result) = result(kernel, &body);
         text += &format!(
@@ -102,9 +102,11 @@ fn result(kernel: &Kernel, body: &FunctionBody) -> (String, String) {
     let value = |output: &Output| {
         let elements = body.values(output).join(", ");
         match output.shape {
-            Shape::Scalar => elements,
-            Shape::Vector(length) => format!("_array(({length},), [{elements}])"),
-            Shape::Matrix(rows, columns) => format!("_array(({rows}, {columns}), [{elements}])"),
+            OutputShape::Scalar => elements,
+            OutputShape::Vector(length) => format!("_array(({length},), [{elements}])"),
+            OutputShape::Matrix(rows, columns) => {
+                format!("_array(({rows}, {columns}), [{elements}])")
+            }
         }
     };
     if let [output] = &kernel.outputs[..] {

@@ -1,6 +1,6 @@
 //! Rust: on `f64` without dependencies, or generic over the scalar type.
 
-use bristle_codegen::back::languages::rust::{Scalar, items};
+use bristle_codegen::back::languages::rust::{RustScalar, items};
 use bristle_codegen::back::source::{Origin, header};
 use bristle_codegen::ir::kernel::Kernel;
 use bristle_codegen::ir::special;
@@ -13,7 +13,7 @@ use super::{header_in, series_filled, uses_half_angle_squared};
 /// # Errors
 /// The kernel that cannot be written, and why.
 pub fn emit_generic(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, String> {
-    let items = items(kernels, Scalar::Generic)?;
+    let items = items(kernels, RustScalar::Generic)?;
     Ok(header(kernels, origin, "//")? + "\nuse bristle::equations::Real;\n" + &items)
 }
 
@@ -22,7 +22,7 @@ pub fn emit_generic(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, St
 /// # Errors
 /// The kernel that cannot be written, and why.
 pub fn emit(kernels: &[Kernel], origin: Origin<'_>) -> Result<String, String> {
-    let items = items(kernels, Scalar::Double)?;
+    let items = items(kernels, RustScalar::Double)?;
     let mut text = header_in("Rust, on f64", kernels, origin, "//")?;
     if uses_half_angle_squared(kernels) {
         text += &half_angle_squared();

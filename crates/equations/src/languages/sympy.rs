@@ -3,7 +3,7 @@
 use bristle_codegen::back::languages::{Dialect, FunctionBody, check_names};
 use bristle_codegen::back::source::Origin;
 use bristle_codegen::ir::constant::Constant;
-use bristle_codegen::ir::kernel::{Kernel, Output, Shape};
+use bristle_codegen::ir::kernel::{Kernel, Output, OutputShape};
 
 use super::{docstring, header_in, uses_half_angle_squared};
 
@@ -128,9 +128,9 @@ fn result(kernel: &Kernel, body: &FunctionBody) -> String {
     let value = |output: &Output| {
         let values = body.values(output);
         match output.shape {
-            Shape::Scalar => values.concat(),
-            Shape::Vector(_) => format!("Matrix([{}])", values.join(", ")),
-            Shape::Matrix(rows, columns) => {
+            OutputShape::Scalar => values.concat(),
+            OutputShape::Vector(_) => format!("Matrix([{}])", values.join(", ")),
+            OutputShape::Matrix(rows, columns) => {
                 format!("Matrix({rows}, {columns}, [{}])", values.join(", "))
             }
         }

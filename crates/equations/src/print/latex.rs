@@ -8,7 +8,7 @@ use bristle_codegen::ir::notation::{
     ATOM, Notation, POWER, PRODUCT, QUOTIENT, Written, applied, scientific,
 };
 
-use crate::print::printer::Layout;
+use crate::print::printer::PageLayout;
 
 /// Accents, as combining marks, each followed by its command.
 const ACCENTS: &str = "\u{307}\\dot \u{308}\\ddot \u{20db}\\dddot \u{302}\\hat \u{303}\\tilde \u{304}\\bar \u{305}\\bar \u{20d7}\\vec";
@@ -460,7 +460,7 @@ impl Notation for Latex {
     }
 }
 
-impl Layout for Latex {
+impl PageLayout for Latex {
     fn element(&self, array: &str, indices: &[String]) -> String {
         let array = symbol(array);
         let indices: Vec<String> = indices.iter().map(|index| symbol(index)).collect();

@@ -8,12 +8,12 @@
 
 use std::io::{self, Write};
 
-use crate::print::page::Page;
+use crate::print::page::PrintedPage;
 use crate::print::printer::Printer;
 use crate::print::wording::{CYLINDER, PLANE};
 use bristle_codegen::back::source::Origin;
 use bristle_codegen::ir::kernel::{Kernel, Output};
-use bristle_codegen::model::chain::{Motion, Shape};
+use bristle_codegen::model::chain::{Motion, RelaxedShape};
 
 mod latex;
 mod legend;
@@ -38,11 +38,11 @@ pub fn equations(
     form: PageForm,
     segments: usize,
     motion: Motion,
-    shape: Shape,
+    shape: RelaxedShape,
     kernels: &[Kernel],
     origin: Origin<'_>,
 ) -> io::Result<()> {
-    let mut page = Page::new(out, form, origin);
+    let mut page = PrintedPage::new(out, form, origin);
     let coordinates = match motion {
         Motion::Spatial => "φ1, θ1, …, φn, θn",
         Motion::Planar => "θ1, …, θn",
@@ -93,7 +93,7 @@ pub fn kernels(
     kernels: &[Kernel],
     origin: Origin<'_>,
 ) -> io::Result<()> {
-    let mut page = Page::new(out, form, origin);
+    let mut page = PrintedPage::new(out, form, origin);
     page.prose(
         "Each kernel is a list of definitions: `t1`, `t2`, … are its intermediates, the others its results.\n\
          Results that are zero, and those that symmetry repeats, are left out.",
@@ -136,7 +136,7 @@ pub fn kernels(
 }
 
 /// Writes a vector or a matrix as a whole, if the page shows them.
-fn write_whole(page: &mut Page<'_>, printer: &Printer<'_>, output: &Output) {
+fn write_whole(page: &mut PrintedPage<'_>, printer: &Printer<'_>, output: &Output) {
     let whole = page
         .matrix_width()
         .and_then(|width| printer.whole(output, width));
@@ -152,7 +152,7 @@ mod tests {
     use bristle_codegen::back::json::{from_json, to_json};
     use bristle_codegen::ir::constant::Constant;
     use bristle_codegen::ir::graph::{Graph, Node, NodeId};
-    use bristle_codegen::ir::kernel::Input;
+    use bristle_codegen::ir::kernel::KernelInput;
     use bristle_codegen::ir::notation::{Notation, Text};
     use bristle_codegen::ir::unit::Unit;
     use bristle_codegen::ir::writer::Writer;
@@ -165,7 +165,7 @@ mod tests {
             .collect();
         let inputs = symbols
             .iter()
-            .map(|name| Input::symbols(&graph, name, "", &[name]))
+            .map(|name| KernelInput::symbols(&graph, name, "", &[name]))
             .collect();
         let outputs = vec![Output::scalar("value", "the value", Unit::ONE, node)];
         Kernel {

@@ -7,7 +7,7 @@ use std::io::{self, Write};
 
 use crate::print::latex::{self, Latex};
 use crate::print::legend::Row;
-use crate::print::printer::Layout;
+use crate::print::printer::PageLayout;
 use bristle_codegen::back::source::{Origin, comment};
 use bristle_codegen::ir::notation::Text;
 
@@ -51,7 +51,7 @@ const MARKDOWN_LINES: usize = 10;
 const LEGEND_INDENT: usize = 20;
 
 /// A page that goes to `out` while it is written, so that it never is in memory as a whole.
-pub(super) struct Page<'w> {
+pub(super) struct PrintedPage<'w> {
     form: PageForm,
     out: &'w mut dyn Write,
     /// Prefix of labels.
@@ -62,7 +62,7 @@ pub(super) struct Page<'w> {
     result: io::Result<()>,
 }
 
-impl<'w> Page<'w> {
+impl<'w> PrintedPage<'w> {
     /// Begins a page, with a comment that states its `origin` unless it is text.
     pub fn new(out: &'w mut dyn Write, form: PageForm, origin: Origin<'_>) -> Self {
         let Origin {
@@ -120,7 +120,7 @@ impl<'w> Page<'w> {
         }
     }
 
-    pub fn notation(&self) -> &'static dyn Layout {
+    pub fn notation(&self) -> &'static dyn PageLayout {
         match self.form {
             PageForm::Text => &Text,
             PageForm::Latex | PageForm::Fragment { .. } | PageForm::Markdown => &Latex,
@@ -472,7 +472,7 @@ struct FormulaPiece<'a> {
 /// Breaks `body` into lines of at most `width`. With [`ANYWHERE`] lines end before signs outside
 /// all brackets or in the outermost pair; deeper, or between factors, only where a piece is too
 /// wide otherwise.
-fn lines(notation: &dyn Layout, body: &str, width: usize, breaks: Breaks) -> Vec<String> {
+fn lines(notation: &dyn PageLayout, body: &str, width: usize, breaks: Breaks) -> Vec<String> {
     let mut lines = vec![String::new()];
     let mut filled = 0;
     for group in groups(&pieces(notation, body), breaks, width) {
@@ -524,7 +524,7 @@ fn groups<'a, 'b>(
 }
 
 /// Cuts `body` before each space at which it may be broken.
-fn pieces<'a>(notation: &dyn Layout, body: &'a str) -> Vec<FormulaPiece<'a>> {
+fn pieces<'a>(notation: &dyn PageLayout, body: &'a str) -> Vec<FormulaPiece<'a>> {
     let mut pieces = Vec::new();
     let (mut start, mut start_depth, mut depth) = (0, 0, 0_usize);
     // Start of the current word, whose backslash marks a command.

@@ -5,20 +5,20 @@ use std::collections::HashSet;
 
 use crate::print::page::Definition;
 use bristle_codegen::ir::graph::{Graph, Node, NodeId};
-use bristle_codegen::ir::kernel::{Kernel, Output, Shape};
+use bristle_codegen::ir::kernel::{Kernel, Output, OutputShape};
 use bristle_codegen::ir::notation::{Notation, Text};
 use bristle_codegen::ir::writer::Writer;
 use bristle_codegen::model::chain::Motion;
 
 /// Layout of a page, besides the notation of its expressions.
-pub(super) trait Layout: Notation {
+pub(super) trait PageLayout: Notation {
     /// An element of a vector or matrix.
     fn element(&self, array: &str, indices: &[String]) -> String;
     /// The width of a piece, in the unit of the notation.
     fn width(&self, text: &str) -> usize;
 }
 
-impl Layout for Text {
+impl PageLayout for Text {
     fn element(&self, array: &str, indices: &[String]) -> String {
         format!("{array}[{}]", indices.join(", "))
     }
@@ -36,7 +36,7 @@ const MAX_LENGTH: usize = 60;
 /// Writes the expressions of one graph.
 pub(super) struct Printer<'a> {
     graph: &'a Graph,
-    notation: &'a dyn Layout,
+    notation: &'a dyn PageLayout,
     writer: Writer<'a>,
     /// The nodes that get a definition, in the order in which they are defined.
     defined: Vec<NodeId>,
@@ -48,7 +48,7 @@ pub(super) struct Printer<'a> {
 
 impl<'a> Printer<'a> {
     /// A printer without names.
-    fn plain(graph: &'a Graph, notation: &'a dyn Layout) -> Self {
+    fn plain(graph: &'a Graph, notation: &'a dyn PageLayout) -> Self {
         let (writer, given) = (
             Writer::new(graph, notation),
             vec![false; graph.nodes().len()],
@@ -69,7 +69,7 @@ impl<'a> Printer<'a> {
         graph: &'a Graph,
         outputs: &[NodeId],
         motion: Motion,
-        notation: &'a dyn Layout,
+        notation: &'a dyn PageLayout,
     ) -> Self {
         let mut printer = Self {
             motion: Some(motion),
@@ -105,7 +105,7 @@ impl<'a> Printer<'a> {
 
     /// Creates a printer with a name for each operation that is used more than once, or that cuts a
     /// deep or long expression.
-    pub fn shared(kernel: &'a Kernel, notation: &'a dyn Layout) -> Self {
+    pub fn shared(kernel: &'a Kernel, notation: &'a dyn PageLayout) -> Self {
         let graph = &kernel.graph;
         let mut printer = Self::plain(graph, notation);
         let size = graph.nodes().len();
@@ -224,9 +224,9 @@ impl<'a> Printer<'a> {
         /// Numbers of leading rows and columns before dots.
         const LEADING: [usize; 2] = [2, 1];
         let (rows, columns) = match output.shape {
-            Shape::Scalar => return None,
-            Shape::Vector(rows) => (rows, 1),
-            Shape::Matrix(rows, columns) => (rows, columns),
+            OutputShape::Scalar => return None,
+            OutputShape::Vector(rows) => (rows, 1),
+            OutputShape::Matrix(rows, columns) => (rows, columns),
         };
         if output.nodes.iter().all(|&node| self.graph.is_zero(node)) {
             return None;
@@ -261,7 +261,7 @@ impl<'a> Printer<'a> {
     ) -> Vec<Vec<String>> {
         let element = |row: usize, column: usize| {
             let (node, indices) = match output.shape {
-                Shape::Matrix(rows, columns) => {
+                OutputShape::Matrix(rows, columns) => {
                     let node = output.nodes[row * columns + column];
                     let repeats = rows == columns
                         && row > column
@@ -273,7 +273,7 @@ impl<'a> Printer<'a> {
                     };
                     (node, indices)
                 }
-                Shape::Vector(_) | Shape::Scalar => (output.nodes[row], vec![row]),
+                OutputShape::Vector(_) | OutputShape::Scalar => (output.nodes[row], vec![row]),
             };
             if self.graph.is_zero(node) {
                 "0".to_owned()
@@ -327,14 +327,14 @@ impl<'a> Printer<'a> {
         let symbol = symbol(output);
         let head = |indices: &[usize]| self.head(output, indices);
         let elements: Vec<(String, NodeId)> = match output.shape {
-            Shape::Scalar => vec![(head(&[]), output.nodes[0])],
-            Shape::Vector(_) => output
+            OutputShape::Scalar => vec![(head(&[]), output.nodes[0])],
+            OutputShape::Vector(_) => output
                 .nodes
                 .iter()
                 .enumerate()
                 .map(|(i, &node)| (head(&[i]), node))
                 .collect(),
-            Shape::Matrix(rows, columns) => (0..rows * columns)
+            OutputShape::Matrix(rows, columns) => (0..rows * columns)
                 .map(|i| (i / columns, i % columns, output.nodes[i]))
                 .filter(|&(row, column, node)| {
                     rows != columns || row <= column || output.nodes[column * columns + row] != node

@@ -4,7 +4,7 @@
 use std::io::{self, Write};
 
 use crate::print::legend;
-use crate::print::page::{Page, PageForm};
+use crate::print::page::{PageForm, PrintedPage};
 use crate::print::printer::{Printer, coordinate};
 use crate::print::wording::{CYLINDER, PLANE, title};
 use bristle_codegen::back::source::Origin;
@@ -12,7 +12,8 @@ use bristle_codegen::ir::graph::{Graph, NodeId};
 use bristle_codegen::ir::kernel::{Kernel, Output, output_nodes, set_output_nodes};
 use bristle_codegen::ir::unit::Unit;
 use bristle_codegen::model::chain::{
-    self, Body, Hinge, Motion, Parameters, STIFFNESS, Segment, Shape, VELOCITY, Vec3, vector_symbol,
+    self, Body, Hinge, Motion, Parameters, RelaxedShape, STIFFNESS, Segment, VELOCITY, Vec3,
+    vector_symbol,
 };
 use bristle_codegen::model::lagrange::whole_equations_of;
 use bristle_codegen::model::whole::{NAMES, Purpose, whole_kernels};
@@ -54,7 +55,7 @@ impl DerivationStep {
         output_nodes(&self.outputs)
     }
 
-    fn write(&self, page: &mut Page<'_>) {
+    fn write(&self, page: &mut PrintedPage<'_>) {
         let printer = Printer::closed(&self.graph, &self.nodes(), self.motion, page.notation());
         let outputs = self
             .outputs
@@ -140,7 +141,7 @@ fn stated() -> DerivationStep {
 pub struct Walkthrough {
     segments: usize,
     motion: Motion,
-    shape: Shape,
+    shape: RelaxedShape,
     coordinates: Vec<String>,
     frames: DerivationStep,
     centres: DerivationStep,
@@ -160,7 +161,7 @@ impl Walkthrough {
     ///
     /// # Panics
     /// If `segments` is zero.
-    pub fn new(segments: usize, motion: Motion, shape: Shape) -> Result<Self, String> {
+    pub fn new(segments: usize, motion: Motion, shape: RelaxedShape) -> Result<Self, String> {
         let mut whole = whole_equations_of(segments, motion, shape);
         let parts = whole.parts();
         let (frames, stated) = (frames(motion), stated());
@@ -228,7 +229,7 @@ impl Walkthrough {
             maker,
             again,
         };
-        let mut page = Page::new(out, PageForm::Markdown, origin);
+        let mut page = PrintedPage::new(out, PageForm::Markdown, origin);
         page.prose(
             "From the energies of the segments and joints to `M(q) q̈ = f(q, q̇, t) + Q`. All formulas on this page are \
          derived and written by the program; components refer to the inertial frame.",
@@ -329,12 +330,12 @@ impl Walkthrough {
 fn centre_velocities(
     segments: usize,
     motion: Motion,
-    shape: Shape,
+    shape: RelaxedShape,
 ) -> Result<DerivationStep, String> {
     let mut graph = Graph::new();
     let g = &mut graph;
     let parameters = Parameters::new(g, segments, shape);
-    let mut velocity = chain::Clamp::new(g).velocity;
+    let mut velocity = chain::ClampSymbols::new(g).velocity;
     let mut outputs = Vec::new();
     for (k, body) in (1..).zip(&parameters.bodies) {
         let segment = Segment::new(g, &k.to_string());
@@ -366,8 +367,8 @@ mod tests {
         let spatial = ["\\dot c_{1,z} &= ", "p_{\\varphi_{1}} &= "];
         for motion in [Motion::Spatial, Motion::Planar] {
             let mut page = Vec::new();
-            let walkthrough =
-                Walkthrough::new(1, motion, Shape::default()).expect("the derivation is sound");
+            let walkthrough = Walkthrough::new(1, motion, RelaxedShape::default())
+                .expect("the derivation is sound");
             walkthrough
                 .write(&mut page, "a test", "command")
                 .expect("memory can be written to");

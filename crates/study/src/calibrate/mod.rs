@@ -33,12 +33,12 @@ use spec_math::cephes64::{chdtrc, stdtri};
 pub use calibrated::calibrated;
 pub use edge::Radii;
 use model::Model;
-pub use next::{Next, Reach};
+pub use next::{MeasurementLimits, Next};
 pub use parameters::{FitError, Fitted};
 pub use problem::{Forces, Observation, Problem, ToolPlace, forces_of};
 pub use search::STARTS;
 use search::{Minimum, Search};
-pub use simulator::{Interrupted, Means, Observer, Unwatched};
+pub use simulator::{CalibrationContext, Interrupted, Observer, SilentObserver};
 use simulator::{Precision, Simulator};
 pub use statistics::{Errors, Undetermined, undetermined};
 pub use words::{estimate, lines, square_root_words, summary};
@@ -216,7 +216,7 @@ impl Calibration {
     ///
     /// # Errors
     /// If it is interrupted, or a point cannot be simulated.
-    pub fn change_when_checked(&self, means: Means<'_>) -> Result<f64, Interrupted> {
+    pub fn change_when_checked(&self, means: CalibrationContext<'_>) -> Result<f64, Interrupted> {
         let Self {
             problem,
             values,
@@ -318,8 +318,8 @@ impl Calibration {
 /// If it is interrupted.
 pub fn calibrate(
     mut problem: Problem,
-    reach: Reach,
-    means: Means<'_>,
+    reach: MeasurementLimits,
+    means: CalibrationContext<'_>,
 ) -> Result<Option<Calibration>, Interrupted> {
     // The start of the growth of an edge is known, and the fit has one minimum.
     let starts = if problem.radii.is_some() {
@@ -327,7 +327,7 @@ pub fn calibrate(
     } else {
         means.starts
     };
-    let means = Means { starts, ..means };
+    let means = CalibrationContext { starts, ..means };
     if let Some(radii) = &mut problem.radii {
         let tell = |done: usize, of: usize| means.observer.done(0.9 * done as f64 / of as f64);
         radii.follow(
@@ -469,7 +469,7 @@ pub fn calibrate(
 fn by_square_root(
     problem: &Problem,
     radii: &Radii,
-    means: Means<'_>,
+    means: CalibrationContext<'_>,
 ) -> Result<Option<(SquareRoot, Problem, Vec<f64>)>, Interrupted> {
     let problem = Problem {
         radii: Some(radii.by_square_root()),

@@ -20,7 +20,7 @@ const NAMED_POINTS: usize = 3;
 
 /// Largest values at which the next measurement is possible.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Reach {
+pub struct MeasurementLimits {
     /// Rotational speed in rpm; without one, the fastest point.
     pub max_rpm: Option<f64>,
     /// Penetration depth in m; without one, the deepest point.
@@ -45,7 +45,7 @@ pub fn next(
     model: &Model<'_>,
     minimum: &Minimum,
     errors: &Errors,
-    reach: Reach,
+    reach: MeasurementLimits,
     precision: Precision,
 ) -> Result<Vec<Next>, Interrupted> {
     let problem = model.problem();
@@ -138,7 +138,7 @@ fn relative_stds(problem: &Problem) -> [Option<f64>; 4] {
 }
 
 /// Returns the candidate places.
-fn grid(problem: &Problem, values: &[f64], reach: Reach) -> Vec<ToolPlace> {
+fn grid(problem: &Problem, values: &[f64], reach: MeasurementLimits) -> Vec<ToolPlace> {
     let largest = |value: &dyn Fn(&ToolPlace) -> f64| {
         problem
             .points

@@ -21,7 +21,7 @@ const MAX_CORRECTIONS: usize = 8;
 const MAX_STRETCH: f64 = 2.0;
 
 /// One end of an interval that is sought.
-struct End {
+struct IntervalEnd {
     setting: usize,
     x: DVector<f64>,
     is_found: bool,
@@ -45,13 +45,13 @@ pub fn intervals(
     let end = |setting: usize, side: f64| {
         let column = errors.unscaled.column(setting);
         let step = column * (side * excess.sqrt() / column[setting].sqrt());
-        End {
+        IntervalEnd {
             setting,
             x: within(&best + step, &limits),
             is_found: false,
         }
     };
-    let mut ends: Vec<End> = settings
+    let mut ends: Vec<IntervalEnd> = settings
         .iter()
         .flat_map(|&setting| [end(setting, -1.0), end(setting, 1.0)])
         .collect();
@@ -66,7 +66,7 @@ pub fn intervals(
             .collect();
         for (end, forces) in sought.into_iter().zip(model.forces(&points, precision)?) {
             let residuals = model.residuals(&forces);
-            let End {
+            let IntervalEnd {
                 setting,
                 x,
                 is_found,

@@ -89,7 +89,7 @@ struct MinimumRecord {
 }
 
 #[derive(Serialize)]
-struct Record {
+struct CalibrationRecord {
     version: &'static str,
     parameters: Vec<ParameterRecord>,
     correlations: Vec<Vec<f64>>,
@@ -124,7 +124,7 @@ impl Calibration {
                 .map(|row| (0..count).map(|column| entry(row, column)).collect())
                 .collect()
         };
-        let record = Record {
+        let record = CalibrationRecord {
             version: env!("CARGO_PKG_VERSION"),
             parameters: (0..count)
                 .map(|setting| self.parameter_record(setting))

@@ -57,13 +57,13 @@ pub trait Observer: Sync {
 }
 
 /// Observer that watches nothing and keeps nothing.
-pub struct Unwatched;
+pub struct SilentObserver;
 
-impl Observer for Unwatched {}
+impl Observer for SilentObserver {}
 
 /// Resources, cancellation and progress reporting of a calibration.
 #[derive(Clone, Copy)]
-pub struct Means<'a> {
+pub struct CalibrationContext<'a> {
     /// Threads and memory.
     pub resources: Resources,
     /// Stop at the next step of each simulation.
@@ -95,7 +95,7 @@ pub struct Precision {
 /// Simulates the tools of a problem.
 pub struct Simulator<'a> {
     pub problem: &'a Problem,
-    pub means: Means<'a>,
+    pub means: CalibrationContext<'a>,
     /// Number of brushes that were simulated or recalled.
     brushes: AtomicUsize,
     /// Place and error of the last brush that could not be simulated, behind the words that say so.
@@ -103,7 +103,7 @@ pub struct Simulator<'a> {
 }
 
 impl<'a> Simulator<'a> {
-    pub fn new(problem: &'a Problem, means: Means<'a>) -> Self {
+    pub fn new(problem: &'a Problem, means: CalibrationContext<'a>) -> Self {
         Self {
             problem,
             means,
@@ -164,7 +164,7 @@ impl<'a> Simulator<'a> {
         places: &[(ToolPlace, Vec<f64>)],
         precision: Precision,
     ) -> Result<Vec<Option<Forces>>, Interrupted> {
-        let Means {
+        let CalibrationContext {
             resources,
             stop,
             observer,

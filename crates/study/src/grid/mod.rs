@@ -1,9 +1,9 @@
 //! A study: one simulation for each point of a grid of settings.
 //!
-//! [`Sweep`] is one axis, over a [`Setting`] or over named [`Tool`]s, and [`Study`] the grid of all
-//! axes. [`run_study`] simulates the cases, in lanes and threads. [`uncertainty`] samples the tools
-//! of a case and has the band of their forces. [`Interaction`] compares a brush with one filament
-//! alone. [`check`] has the change of a result that is computed more precisely.
+//! [`Sweep`] is one axis, over a [`Setting`] or over named [`StudyTool`]s, and [`Study`] the grid of
+//! all axes. [`run_study`] simulates the cases, in lanes and threads. [`uncertainty`] samples the
+//! tools of a case and has the band of their forces. [`Interaction`] compares a brush with one
+//! filament alone. [`check`] has the change of a result that is computed more precisely.
 //! [`PassRecorder`] keeps records of single passes; [`force_sensitivities`] change one setting at a
 //! time.
 //!
@@ -41,7 +41,7 @@ pub use study::{BRUSH, Study, StudyError};
 pub use sweep::{
     MAX_CASES, MAX_TOOLS, SHORT_NAMES, Sweep, SweepError, SweepText, without_rounding_noise,
 };
-pub use tool::{Tool, ToolText};
+pub use tool::{StudyTool, ToolText};
 
 /// SHA-256 of the sources of this module.
 pub const SOURCES: &str = env!("BRISTLE_GRID_SOURCES");
@@ -174,7 +174,7 @@ mod tests {
 
     #[test]
     fn tools_have_names_that_differ() {
-        let tool = |name: &str| Tool {
+        let tool = |name: &str| StudyTool {
             name: name.to_owned(),
             settings: base(),
             held: Vec::new(),

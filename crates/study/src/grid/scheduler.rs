@@ -474,7 +474,7 @@ struct Queue {
 /// depths until the tool presses with the force that is asked for.
 struct Inquiry {
     case: usize,
-    run: Run,
+    run: PassRole,
     kind: Kind,
     settings: Settings,
     search: Option<DepthSearch<Simulation>>,
@@ -484,7 +484,7 @@ struct Inquiry {
 }
 
 impl Inquiry {
-    fn new(case: usize, run: Run, kind: Kind, settings: Settings) -> Self {
+    fn new(case: usize, run: PassRole, kind: Kind, settings: Settings) -> Self {
         let search = DepthSearch::of(&settings, None);
         let mut inquiry = Self {
             case,
@@ -560,7 +560,7 @@ impl Inquiry {
 
 /// The role of a pass in its case.
 #[derive(Clone, Copy)]
-enum Run {
+enum PassRole {
     Nominal,
     /// Nominal pass at a tenth of the tolerance.
     Finer,
@@ -573,7 +573,7 @@ struct BegunCase {
     start: Instant,
     settings: Settings,
     /// Runs to begin. The first one is last.
-    runs: Vec<Run>,
+    runs: Vec<PassRole>,
     /// Runs without a result yet.
     left: usize,
     nominal: Option<CaseResult>,
@@ -592,9 +592,13 @@ impl BegunCase {
                 .as_ref()
                 .is_some_and(|scatter| scatter.settings(*tool).is_some())
         };
-        let mut runs: Vec<Run> = (0..tools).rev().filter(reaches).map(Run::Tool).collect();
-        runs.extend(checks.then_some(Run::Finer));
-        runs.push(Run::Nominal);
+        let mut runs: Vec<PassRole> = (0..tools)
+            .rev()
+            .filter(reaches)
+            .map(PassRole::Tool)
+            .collect();
+        runs.extend(checks.then_some(PassRole::Finer));
+        runs.push(PassRole::Nominal);
         // A tool that does not reach the workpiece has no impulse.
         Self {
             start: Instant::now(),
@@ -608,20 +612,20 @@ impl BegunCase {
         }
     }
 
-    fn settings(&self, run: Run) -> Settings {
+    fn settings(&self, run: PassRole) -> Settings {
         let sampled = match (run, &self.scatter) {
-            (Run::Finer, _) => Some(finer_pass(&self.settings)),
-            (Run::Tool(tool), Some(scatter)) => scatter.settings(tool),
+            (PassRole::Finer, _) => Some(finer_pass(&self.settings)),
+            (PassRole::Tool(tool), Some(scatter)) => scatter.settings(tool),
             _ => None,
         };
         sampled.unwrap_or_else(|| self.settings.clone())
     }
 
     /// Takes the result of a run. Returns `true` if the case is complete.
-    fn take(&mut self, run: Run, result: &Result<Simulation, String>) -> bool {
+    fn take(&mut self, run: PassRole, result: &Result<Simulation, String>) -> bool {
         let metrics = result.as_ref().ok().map(|simulation| &simulation.metrics);
         match run {
-            Run::Nominal => {
+            PassRole::Nominal => {
                 self.nominal =
                     Some(
                         result
@@ -637,8 +641,8 @@ impl BegunCase {
                             }),
                     );
             }
-            Run::Finer => self.finer = metrics.cloned(),
-            Run::Tool(tool) => {
+            PassRole::Finer => self.finer = metrics.cloned(),
+            PassRole::Tool(tool) => {
                 self.impulses[tool] = metrics.map(|metrics| metrics.contact_normal_impulse_n_s)
             }
         }
@@ -741,7 +745,7 @@ impl Queue {
                 .retain(|(_, asked, _)| inquiries.contains_key(asked));
             taken.complete = self.begun.remove(&case).map(|begun| (case, begun));
         }
-        if matches!(run, Run::Nominal) {
+        if matches!(run, PassRole::Nominal) {
             taken.nominal = answer.ok().map(|simulation| (case, simulation));
         }
         taken

@@ -16,7 +16,7 @@ use thiserror::Error;
 
 use super::setting::{FORCE, SPEED, Setting, TOOL, TURNS, VELOCITY};
 use super::sweep::{MAX_CASES, MAX_TOOLS, Sweep, SweepText};
-use super::tool::{LONGEST_NAME, Tool, ToolText, are_alike, is_name};
+use super::tool::{LONGEST_NAME, StudyTool, ToolText, are_alike, is_name};
 use crate::grid::case::{CaseResult, tentative};
 use crate::grid::uncertainty::{INPUTS, Input, MOVING, check};
 
@@ -92,7 +92,7 @@ fn of_tool(name: Option<&str>) -> String {
 #[derive(Clone, Debug)]
 pub struct Study {
     /// Named tools; without names only one.
-    tools: Vec<Tool>,
+    tools: Vec<StudyTool>,
     /// Sweeps from the slowest to the fastest.
     sweeps: Vec<Sweep>,
     case_count: usize,
@@ -123,7 +123,7 @@ impl Study {
     /// The velocity changes fastest, then the depth, then the other sweeps. The first of the other
     /// sweeps changes slowest.
     pub fn new(base: Settings, sweeps: Vec<Sweep>) -> Result<Self, StudyError> {
-        Self::on(vec![Tool::alone(base)], sweeps)
+        Self::on(vec![StudyTool::alone(base)], sweeps)
     }
 
     /// Makes a study like [`Study::new`], of named tools with settings of their own. The tool
@@ -131,8 +131,8 @@ impl Study {
     ///
     /// # Panics
     /// If there is no tool.
-    pub fn of_tools(tools: Vec<Tool>, mut sweeps: Vec<Sweep>) -> Result<Self, StudyError> {
-        for (position, Tool { name, .. }) in tools.iter().enumerate() {
+    pub fn of_tools(tools: Vec<StudyTool>, mut sweeps: Vec<Sweep>) -> Result<Self, StudyError> {
+        for (position, StudyTool { name, .. }) in tools.iter().enumerate() {
             if !is_name(name) {
                 return Err(StudyError::ToolName(name.clone()));
             }
@@ -160,7 +160,7 @@ impl Study {
     #[must_use]
     pub fn of_cases(cases: Vec<Settings>) -> Self {
         assert!(!cases.is_empty(), "a study has at least one case");
-        let tools: Vec<Tool> = cases.into_iter().map(Tool::alone).collect();
+        let tools: Vec<StudyTool> = cases.into_iter().map(StudyTool::alone).collect();
         Self {
             case_count: tools.len(),
             tools,
@@ -170,7 +170,7 @@ impl Study {
         }
     }
 
-    fn on(tools: Vec<Tool>, mut sweeps: Vec<Sweep>) -> Result<Self, StudyError> {
+    fn on(tools: Vec<StudyTool>, mut sweeps: Vec<Sweep>) -> Result<Self, StudyError> {
         sweeps.sort_by_key(Sweep::rank);
         let mut case_count = 1_usize;
         for (index, sweep) in sweeps.iter().enumerate() {
@@ -259,7 +259,7 @@ impl Study {
 
     /// Returns the named tools; none if the study does not compare tools.
     #[must_use]
-    pub fn tools(&self) -> &[Tool] {
+    pub fn tools(&self) -> &[StudyTool] {
         if self
             .sweeps
             .first()
@@ -280,7 +280,7 @@ impl Study {
     /// Returns the named tool of a case, counted from 0; `None` if the study does not compare
     /// tools.
     #[must_use]
-    pub fn tool(&self, case: usize) -> Option<&Tool> {
+    pub fn tool(&self, case: usize) -> Option<&StudyTool> {
         self.tools().get(self.tool_of(case))
     }
 
@@ -327,7 +327,7 @@ impl Study {
 
     /// Returns the named tools in the form used in files.
     pub fn tool_texts(&self) -> Vec<ToolText> {
-        self.tools().iter().map(Tool::text).collect()
+        self.tools().iter().map(StudyTool::text).collect()
     }
 
     /// Returns the number of cases, at least one.
@@ -350,7 +350,7 @@ impl Study {
     #[must_use]
     pub fn scatters(&self) -> bool {
         let has_brush = self.has_brush();
-        self.tools.iter().any(|Tool { settings, .. }| {
+        self.tools.iter().any(|StudyTool { settings, .. }| {
             let is_within = has_brush && settings.uncertainty.hold == Hold::Machine;
             let scatters = |input: &Input| match self.sweep(input.std) {
                 Some(sweep) => sweep.values().iter().any(|&value| value > 0.0),
@@ -432,7 +432,7 @@ impl Study {
     /// Returns all settings of one case, counted from 0.
     #[must_use]
     pub fn settings(&self, case: usize) -> Settings {
-        let Tool { settings, held, .. } = &self.tools[self.tool_of(case)];
+        let StudyTool { settings, held, .. } = &self.tools[self.tool_of(case)];
         let mut settings = settings.clone();
         let numbers = self.sweeps.iter().map(|sweep| sweep.setting().parameter());
         let values = numbers

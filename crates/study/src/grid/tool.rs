@@ -14,7 +14,7 @@ pub(crate) const LONGEST_NAME: usize = 40;
 
 /// A tool that a study compares with others.
 #[derive(Clone, Debug)]
-pub struct Tool {
+pub struct StudyTool {
     /// Name of the tool.
     pub name: String,
     /// Settings of the tool. Swept settings have some value here.
@@ -34,7 +34,7 @@ pub struct ToolText<S = Settings> {
     pub held: BTreeMap<String, f64>,
 }
 
-impl Tool {
+impl StudyTool {
     /// Creates a tool without a name, the only one of its study.
     pub(super) fn alone(settings: Settings) -> Self {
         Self {
@@ -64,12 +64,12 @@ impl ToolText {
     ///
     /// # Errors
     /// The path of a held setting, if there is no such setting.
-    pub fn tool(self) -> Result<Tool, String> {
+    pub fn tool(self) -> Result<StudyTool, String> {
         let held = self
             .held
             .into_iter()
             .map(|(path, value)| Ok((Parameter::find(&path).ok_or(path)?, value)));
-        Ok(Tool {
+        Ok(StudyTool {
             name: self.name,
             settings: self.settings,
             held: held.collect::<Result<_, String>>()?,

@@ -1,7 +1,7 @@
 //! Contents of the columns of a table of measured values, and format of the table.
 
 use crate::grid::{DEPTH, SPEED, VELOCITY};
-use crate::text::units::{TIMES, TORQUES, TURNS, Unit, own_keys, units_of};
+use crate::text::units::{NamedUnit, TIMES, TORQUES, TURNS, own_keys, units_of};
 
 /// Largest size of a number in a table, in the unit of its key. A larger velocity, or one below the
 /// reciprocal, is a slip of the pen. Sums and squares of such numbers are finite.
@@ -82,7 +82,7 @@ impl Quantity {
     /// Returns the quantity that a key names, and the unit of the key: the quantity's own, or
     /// another.
     #[must_use]
-    pub fn of_key(key: &str) -> Option<(Self, &'static Unit)> {
+    pub fn of_key(key: &str) -> Option<(Self, &'static NamedUnit)> {
         let of_own = |quantity: Self| {
             let unit = quantity
                 .own_units()
@@ -106,7 +106,7 @@ impl Quantity {
     }
 
     /// Returns the units. The first is that of the key.
-    pub(crate) fn units(self) -> impl Iterator<Item = &'static Unit> {
+    pub(crate) fn units(self) -> impl Iterator<Item = &'static NamedUnit> {
         let own = self.own_units();
         own.iter()
             .chain(units_of(self.key()).filter(move |_| own.is_empty()))
@@ -114,7 +114,7 @@ impl Quantity {
 
     /// Returns the units, if the key does not tell them: it ends like that of another quantity, or
     /// they are of tables only.
-    fn own_units(self) -> &'static [Unit] {
+    fn own_units(self) -> &'static [NamedUnit] {
         match self {
             Self::Torque | Self::TorqueStd => &TORQUES,
             Self::Time => &TIMES,
@@ -129,19 +129,23 @@ impl Quantity {
     }
 
     /// Returns the unit with a name.
-    pub(crate) fn unit(self, name: &str) -> Option<&'static Unit> {
+    pub(crate) fn unit(self, name: &str) -> Option<&'static NamedUnit> {
         self.units().find(|unit| unit.names.contains(&name))
     }
 
     /// Returns the unit as people write it, which may be RPM or KN.
-    pub(crate) fn unit_written(self, name: &str) -> Option<&'static Unit> {
-        let is_it = |unit: &&Unit| unit.names.iter().any(|own| own.eq_ignore_ascii_case(name));
+    pub(crate) fn unit_written(self, name: &str) -> Option<&'static NamedUnit> {
+        let is_it = |unit: &&NamedUnit| unit.names.iter().any(|own| own.eq_ignore_ascii_case(name));
         self.unit(name).or_else(|| self.units().find(is_it))
     }
 
     /// Returns the unit in which a number would be between two others, if it is not that of the
     /// key.
-    pub fn unit_between(self, number: f64, [least, largest]: [f64; 2]) -> Option<&'static Unit> {
+    pub fn unit_between(
+        self,
+        number: f64,
+        [least, largest]: [f64; 2],
+    ) -> Option<&'static NamedUnit> {
         self.units()
             .find(|unit| !unit.is_own() && (least..=largest).contains(&unit.to_own(number)))
     }
@@ -165,12 +169,12 @@ pub struct ColumnName {
     /// Heading in the table.
     pub heading: String,
     /// Unit. If there is none, that in the heading, or that of the key.
-    pub unit: Option<&'static Unit>,
+    pub unit: Option<&'static NamedUnit>,
 }
 
 /// Format of a table, as far as the input file states it.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Format {
+pub struct TableFormat {
     /// Separator of the cells of a row: one of [`SEPARATORS`](crate::input::cells::SEPARATORS).
     pub separator: Option<char>,
     /// Separator of decimals: a point or a comma.
@@ -185,7 +189,7 @@ pub struct Format {
     pub relative_std: Option<f64>,
 }
 
-impl Format {
+impl TableFormat {
     /// Returns the column of a quantity, if the input file names it.
     pub(crate) fn named(&self, quantity: Quantity) -> Option<&ColumnName> {
         self.columns

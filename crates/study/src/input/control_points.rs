@@ -6,7 +6,7 @@ use crate::input::cells::{has_decimal_comma, not_a_number, number, separator_of}
 use crate::input::table::{DataError, Source};
 
 /// Largest number of control points of a profile.
-pub const MOST_CONTROL_POINTS: usize = 10_000;
+pub const MAX_CONTROL_POINTS: usize = 10_000;
 
 /// Columns of the table, in m. Others are skipped.
 const COLUMNS: [&str; 2] = ["x_m", "y_m"];
@@ -21,7 +21,7 @@ const ADVICE: &str = "control points are a CSV file with a line of headings that
 ///
 /// # Errors
 /// If a column is missing, a cell is not a finite number, or there is no point or more than
-/// [`MOST_CONTROL_POINTS`].
+/// [`MAX_CONTROL_POINTS`].
 pub fn read_control_points(text: &str, name: &str) -> Result<Vec<[f64; 2]>, DataError> {
     let source = Source {
         name,
@@ -43,8 +43,8 @@ pub fn read_control_points(text: &str, name: &str) -> Result<Vec<[f64; 2]>, Data
             .unwrap_or_else(|| column.to_owned())
     });
     let columns = table.columns(&names.each_ref().map(String::as_str))?;
-    if let Some(row) = table.rows().get(MOST_CONTROL_POINTS) {
-        let problem = format!("more than {MOST_CONTROL_POINTS} control points");
+    if let Some(row) = table.rows().get(MAX_CONTROL_POINTS) {
+        let problem = format!("more than {MAX_CONTROL_POINTS} control points");
         let advice = "leave some out: a spline is smooth between its points";
         return Err(source.error(table.line(row), None, problem, advice));
     }
@@ -85,8 +85,8 @@ mod tests {
             assert_eq!(read_control_points(text, "points.csv"), points, "{text}");
         }
         let many = |count: usize| format!("x_m,y_m\n{}", "0.5,1\n".repeat(count));
-        assert!(read_control_points(&many(MOST_CONTROL_POINTS), "points.csv").is_ok());
-        let error = read_control_points(&many(MOST_CONTROL_POINTS + 1), "points.csv")
+        assert!(read_control_points(&many(MAX_CONTROL_POINTS), "points.csv").is_ok());
+        let error = read_control_points(&many(MAX_CONTROL_POINTS + 1), "points.csv")
             .expect_err("too many")
             .to_string();
         assert!(

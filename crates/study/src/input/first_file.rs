@@ -19,7 +19,7 @@ use crate::input::plausibility::{Unusual, unusual_in_study, unusual_value};
 use crate::input::units::other_paths;
 use crate::text::layout::{left, wrap};
 use crate::text::number::short;
-use crate::text::units::{Unit, in_unit_of, units_of};
+use crate::text::units::{NamedUnit, in_unit_of, units_of};
 
 /// A question about a brush or a machine.
 #[derive(Debug)]
@@ -320,7 +320,7 @@ impl Question {
             unit => in_unit_of(self.path, number, unit)
                 .filter(|value| self.path != COUNT || *value < 1.0),
         };
-        let units: Vec<&str> = units_of(self.path).map(Unit::name).collect();
+        let units: Vec<&str> = units_of(self.path).map(NamedUnit::name).collect();
         let allowed = if units.is_empty() {
             "no unit, or below 100 %".to_owned()
         } else {

@@ -5,11 +5,11 @@ use std::borrow::Cow;
 
 use crate::grid::TOOL;
 use crate::text::is_invisible;
-use crate::text::units::Unit;
+use crate::text::units::NamedUnit;
 use bristle::model::parameters::{Parameter, Usual};
 
 use crate::input::cells::number;
-use crate::input::columns::{Format, Quantity, unit_in};
+use crate::input::columns::{Quantity, TableFormat, unit_in};
 use crate::input::table::{Table, tidy_heading};
 
 /// Longest heading that is guessed from, in bytes. Longer headings are not names.
@@ -61,7 +61,7 @@ struct Described {
 /// rightly, and those that headings tell. If no heading tells anything, it is `otherwise`.
 pub(crate) fn lines_to_paste(
     table: &Table<'_>,
-    format: &Format,
+    format: &TableFormat,
     otherwise: &'static str,
 ) -> Cow<'static, str> {
     let columns: Vec<Described> = described(table);
@@ -220,7 +220,7 @@ impl Described {
     }
 
     /// Returns the unit, if it is one of a quantity.
-    fn unit_of(&self, quantity: Quantity) -> Option<&'static Unit> {
+    fn unit_of(&self, quantity: Quantity) -> Option<&'static NamedUnit> {
         self.unit
             .as_deref()
             .and_then(|unit| quantity.unit_written(unit))
@@ -245,12 +245,12 @@ impl Described {
 
     /// Returns the line of the input file that names the column. The unit is the stated one, or
     /// that of the heading, or the first in which the largest number is usual.
-    fn line(&self, quantity: Quantity, stated: Option<&'static Unit>) -> String {
+    fn line(&self, quantity: Quantity, stated: Option<&'static NamedUnit>) -> String {
         let usual = quantity
             .path()
             .and_then(Parameter::find)
             .and_then(|parameter| parameter.usual);
-        let is_usual = |unit: &&Unit| {
+        let is_usual = |unit: &&NamedUnit| {
             usual.is_none_or(|Usual { least, largest, .. }| {
                 (least..=largest).contains(&unit.to_own(self.largest))
             })

@@ -73,14 +73,14 @@ impl Display for Location {
 
 /// An input file's name and text, in which errors are located, and the options that add to it.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Source<'t> {
+pub(crate) struct InputSource<'t> {
     pub(crate) name: &'t str,
     pub(crate) text: &'t str,
     /// Options. Their places follow those in the text, as if each were a line below it.
     pub(crate) options: &'t [String],
 }
 
-impl<'t> Source<'t> {
+impl<'t> InputSource<'t> {
     /// Returns the place at which an option starts.
     pub(crate) fn start_of_option(&self, number: usize) -> usize {
         self.options[..number]
@@ -91,10 +91,10 @@ impl<'t> Source<'t> {
     }
 
     /// Returns the text that contains a place, and where the text starts.
-    fn part(&self, place: usize) -> (Source<'t>, usize) {
+    fn part(&self, place: usize) -> (InputSource<'t>, usize) {
         let of_option = |number: usize| {
             let start = self.start_of_option(number);
-            let source = Source {
+            let source = InputSource {
                 name: "--set",
                 text: &self.options[number],
                 options: &[],
@@ -105,7 +105,7 @@ impl<'t> Source<'t> {
         };
         let own = || {
             (
-                Source {
+                InputSource {
                     options: &[],
                     ..*self
                 },
@@ -205,7 +205,7 @@ mod tests {
 
     #[test]
     fn a_place_names_line_and_column_and_marks_the_text() {
-        let source = Source {
+        let source = InputSource {
             name: "a.toml",
             text: "one = 1\nzwölf = 12\n",
             options: &[],
@@ -221,7 +221,7 @@ mod tests {
     #[test]
     fn places_at_the_edges_do_not_panic() {
         for text in ["", "\n", "a", "ä\r\n", "x = \u{1b}[0m"] {
-            let source = Source {
+            let source = InputSource {
                 name: "",
                 text,
                 options: &[],
@@ -239,7 +239,7 @@ mod tests {
     fn a_long_line_is_cut_around_the_place() {
         let text = format!("x = [{}nan]", "1.0, ".repeat(1000));
         let start = text.len() - 4;
-        let location = Source {
+        let location = InputSource {
             name: "a",
             text: &text,
             options: &[],

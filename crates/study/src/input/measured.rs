@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 
 use crate::text::shortened;
-use crate::text::units::Unit;
+use crate::text::units::NamedUnit;
 use bristle::model::settings::Settings;
 use csv::StringRecord;
 
@@ -19,7 +19,7 @@ use crate::input::columns::unit_in;
 use crate::input::headings::lines_to_paste;
 use crate::input::table::{DataError, Source, Table, tidy_heading};
 
-pub use crate::input::columns::{ColumnName, Format, LARGEST, Quantity};
+pub use crate::input::columns::{ColumnName, LARGEST, Quantity, TableFormat};
 
 /// Advice about a table that cannot be used.
 const ADVICE: &str = "the table has one row of headings, then one row per point, with columns for\n     velocity or rotational speed, depth \
@@ -204,7 +204,7 @@ impl Wanted {
     }
 
     /// Returns advice about a column that cannot be read.
-    fn advice_on_column(self, table: &Table<'_>, format: &Format) -> Cow<'static, str> {
+    fn advice_on_column(self, table: &Table<'_>, format: &TableFormat) -> Cow<'static, str> {
         if self == Self::Radii {
             self.advice().into()
         } else {
@@ -213,7 +213,7 @@ impl Wanted {
     }
 }
 
-impl Format {
+impl TableFormat {
     /// Returns the format in which results keep the measured forces of a study.
     #[must_use]
     pub fn of_tools(study: &Study) -> Self {
@@ -331,10 +331,10 @@ impl Format {
 }
 
 /// A column of a table.
-struct Column {
+struct TableColumn {
     quantity: Quantity,
     position: usize,
-    unit: &'static Unit,
+    unit: &'static NamedUnit,
 }
 
 /// Reads the normal forces of a table, written in a `format`. Errors use `name` for the table.
@@ -345,7 +345,7 @@ struct Column {
 pub fn read_measured(
     text: &str,
     name: &str,
-    format: &Format,
+    format: &TableFormat,
 ) -> Result<Vec<Measurement>, DataError> {
     let points = read(text, name, format, Wanted::NormalForce)?;
     Ok(points
@@ -362,7 +362,7 @@ pub fn read_measured(
 pub fn read_points(
     text: &str,
     name: &str,
-    format: &Format,
+    format: &TableFormat,
 ) -> Result<Vec<MeasuredPoint>, DataError> {
     read(text, name, format, Wanted::Anything)
 }
@@ -374,7 +374,7 @@ pub fn read_points(
 pub fn read_radii(
     text: &str,
     name: &str,
-    format: &Format,
+    format: &TableFormat,
 ) -> Result<Vec<MeasuredRadius>, DataError> {
     let source = Source {
         name,
@@ -424,9 +424,9 @@ pub fn read_radii(
 /// Returns a table with the columns to read, and `true` if its numbers have decimal commas.
 fn opened<'s>(
     source: &'s Source<'s>,
-    format: &Format,
+    format: &TableFormat,
     wanted: Wanted,
-) -> Result<(Table<'s>, Vec<Column>, bool), DataError> {
+) -> Result<(Table<'s>, Vec<TableColumn>, bool), DataError> {
     opened_at_first_line(source, format, wanted).map_err(|error| {
         let Some(line) = format.heading_below_title(source, wanted) else {
             return error;
@@ -439,9 +439,9 @@ fn opened<'s>(
 /// Opens a table that begins with its headings, like [`opened`].
 fn opened_at_first_line<'s>(
     source: &'s Source<'s>,
-    format: &Format,
+    format: &TableFormat,
     wanted: Wanted,
-) -> Result<(Table<'s>, Vec<Column>, bool), DataError> {
+) -> Result<(Table<'s>, Vec<TableColumn>, bool), DataError> {
     let separator = format.separator_of(source, wanted);
     let table = source.table_separated_by(separator, wanted.advice())?;
     let has = |quantity: Quantity| format.heading(quantity, table.headings()).is_some();
@@ -459,7 +459,7 @@ fn opened_at_first_line<'s>(
     }
     let quantities = format.quantities(table.headings(), wanted).into_iter();
     let columns = quantities.map(|quantity| column(quantity, &table, source, format, wanted));
-    let columns = columns.collect::<Result<Vec<Column>, _>>()?;
+    let columns = columns.collect::<Result<Vec<TableColumn>, _>>()?;
     let has_comma = match format.decimal {
         Some(decimal) => decimal == ',',
         None => {
@@ -473,7 +473,7 @@ fn opened_at_first_line<'s>(
 fn read(
     text: &str,
     name: &str,
-    format: &Format,
+    format: &TableFormat,
     wanted: Wanted,
 ) -> Result<Vec<MeasuredPoint>, DataError> {
     let source = Source {
@@ -499,7 +499,7 @@ fn read(
             tool: None,
             line: table.line(row),
         };
-        if let Some(Column { position, unit, .. }) = second_speed {
+        if let Some(TableColumn { position, unit, .. }) = second_speed {
             let speed = number(row.get(position).unwrap_or_default(), has_comma);
             point.second_speed_rpm = speed.map(|speed| unit.to_own(speed));
         }
@@ -581,7 +581,7 @@ fn read(
     Ok(points)
 }
 
-impl Column {
+impl TableColumn {
     /// Reads the number in the column's cell of a row, in the unit of the key; none if the cell may
     /// be empty, and is.
     fn number(
@@ -628,9 +628,9 @@ fn column(
     quantity: Quantity,
     table: &Table<'_>,
     source: &Source<'_>,
-    format: &Format,
+    format: &TableFormat,
     wanted: Wanted,
-) -> Result<Column, DataError> {
+) -> Result<TableColumn, DataError> {
     let headings = table.headings();
     let with_lines = |error: DataError| DataError {
         advice: wanted.advice_on_column(table, format),
@@ -680,7 +680,7 @@ fn column(
     let unit = unit
         .or_else(|| quantity.units().next())
         .expect("what is measured has a unit");
-    Ok(Column {
+    Ok(TableColumn {
         quantity,
         position,
         unit,
@@ -786,10 +786,10 @@ mod tests {
     const HEADING: &str = "brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n";
 
     fn read(text: &str) -> Result<Vec<Measurement>, DataError> {
-        read_measured(text, "forces.csv", &Format::default())
+        read_measured(text, "forces.csv", &TableFormat::default())
     }
 
-    fn refusal(text: &str, format: &Format) -> String {
+    fn refusal(text: &str, format: &TableFormat) -> String {
         read_measured(text, "forces.csv", format)
             .expect_err("refused")
             .to_string()
@@ -808,7 +808,7 @@ mod tests {
     }
 
     /// Returns a format with columns, each by its heading and its unit if one is stated.
-    fn format(columns: &[(Quantity, &str, Option<&str>)]) -> Format {
+    fn format(columns: &[(Quantity, &str, Option<&str>)]) -> TableFormat {
         let column = |&(quantity, heading, unit): &(Quantity, &str, Option<&str>)| {
             let unit = unit.map(|name| quantity.unit(name).expect("a unit"));
             (
@@ -819,19 +819,19 @@ mod tests {
                 },
             )
         };
-        Format {
+        TableFormat {
             columns: columns.iter().map(column).collect(),
-            ..Format::default()
+            ..TableFormat::default()
         }
     }
 
     #[test]
     fn points_have_the_tools_that_they_were_measured_with() {
         let tools: Vec<String> = ["fine", "steel, short"].map(str::to_owned).into();
-        let format = |tool: Option<&str>| Format {
+        let format = |tool: Option<&str>| TableFormat {
             tools: tools.clone(),
             tool: tool.map(str::to_owned),
-            ..Format::default()
+            ..TableFormat::default()
         };
         let text = "tool,brushing_velocity_m_s,penetration_depth_m,force_n,std_n\n\
              fine,10.0,0.001,5.0,0.5\n\"steel, short\",10.0,0.001,7.0,\n";
@@ -844,7 +844,8 @@ mod tests {
         assert_eq!(measured_text(&points, &tools), text);
         // Where tools are not compared, the column has no effect, and points are given twice.
         assert!(
-            refusal(text, &Format::default()).contains("the same velocity and depth as in line 2")
+            refusal(text, &TableFormat::default())
+                .contains("the same velocity and depth as in line 2")
         );
         let other = text.replace("tool,", "Bürste,");
         assert_eq!(
@@ -1032,16 +1033,16 @@ mod tests {
             Ok(vec![point(10.5, 1.0, 5.0, 0.0)])
         );
         let thousands = format!("{HEADING}10,1,\"1,234\",0\n");
-        let message = refusal(&thousands, &Format::default());
+        let message = refusal(&thousands, &TableFormat::default());
         assert!(
             message.contains(
                 "column force_n: the comma of `1,234` may separate decimals or thousands"
             ),
             "{message}"
         );
-        let stated = Format {
+        let stated = TableFormat {
             decimal: Some(','),
-            ..Format::default()
+            ..TableFormat::default()
         };
         assert_eq!(
             read_measured(&thousands, "forces.csv", &stated),
@@ -1049,15 +1050,15 @@ mod tests {
         );
         // With semicolons between cells, points may separate thousands.
         let thousands = format!("{semicolons}10;1;1.000;0\n20;1;1.250;0\n");
-        let message = refusal(&thousands, &Format::default());
+        let message = refusal(&thousands, &TableFormat::default());
         assert!(
             message.starts_with("forces.csv:2, column force_n: the point of `1.000` may separate"),
             "{message}"
         );
         assert!(message.contains("decimal = \",\""), "{message}");
-        let point_stated = Format {
+        let point_stated = TableFormat {
             decimal: Some('.'),
-            ..Format::default()
+            ..TableFormat::default()
         };
         let decimals = vec![point(10.0, 1.0, 1.0, 0.0), point(20.0, 1.0, 1.25, 0.0)];
         assert_eq!(
@@ -1076,7 +1077,10 @@ mod tests {
             read(&format!("{HEADING}10,1,1.000,0\n20,1,1.250,0\n")),
             Ok(decimals)
         );
-        let mixed = refusal(&format!("{semicolons}10,5;1;1.5;0\n"), &Format::default());
+        let mixed = refusal(
+            &format!("{semicolons}10,5;1;1.5;0\n"),
+            &TableFormat::default(),
+        );
         assert!(mixed.contains("`10,5` is not a finite number\n"), "{mixed}");
         let mixed = refusal(&format!("{semicolons}10,5;1;1.5;0\n"), &stated);
         assert!(
@@ -1103,23 +1107,23 @@ mod tests {
             ),
             (
                 "v;F\n1;2\n",
-                Format::default(),
+                TableFormat::default(),
                 "there is no column `brushing_velocity_m_s`; there are `v`, `F`",
             ),
             (
                 "v;F\n1;2\n",
-                Format::default(),
+                TableFormat::default(),
                 "columns.penetration_depth_m = \"…\"",
             ),
             // Headings that tell nothing.
             (
                 "a;b\n1;2\n",
-                Format::default(),
+                TableFormat::default(),
                 "columns.penetration_depth_m = \"ae [mm]\"",
             ),
             (
                 &twice,
-                Format::default(),
+                TableFormat::default(),
                 "the columns `force_n` and `force_kn` state the same",
             ),
         ] {
@@ -1213,7 +1217,7 @@ mod tests {
             (EdgeRadiusStd, "s", Some("mm")),
         ]);
         let text = "Nr.;t [min];R [µm];s\n1;0;20;0,002\n2;1,5;62,5;\n";
-        let relative = Format {
+        let relative = TableFormat {
             relative_std: Some(0.02),
             ..named.clone()
         };
@@ -1231,14 +1235,14 @@ mod tests {
             let text = format!("{heading},edge_radius_mm\n2,0.1\n");
             let expected = vec![radius(brushed, 0.1e-3, None, 2)];
             assert_eq!(
-                read_radii(&text, "radii.csv", &Format::default()),
+                read_radii(&text, "radii.csv", &TableFormat::default()),
                 Ok(expected)
             );
         }
         let turns = format(&[(Turns, "n", None)]);
         assert!(read_radii("n,edge_radius_m\n2,0.1\n", "radii.csv", &turns).is_ok());
         let refused = |text: &str| {
-            read_radii(text, "radii.csv", &Format::default())
+            read_radii(text, "radii.csv", &TableFormat::default())
                 .expect_err("refused")
                 .to_string()
         };

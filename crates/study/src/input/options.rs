@@ -6,7 +6,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue, Error};
 
-use crate::text::units::Unit;
+use crate::text::units::NamedUnit;
 use bristle::model::parameters::Parameter;
 
 use crate::input::keys::{STUDY, TOOLS};
@@ -20,7 +20,7 @@ pub(crate) struct Assignment<'t> {
     /// Key in the unit of the setting.
     pub key: Cow<'t, str>,
     /// Unit as it was written, if it is not that of the setting.
-    pub unit: Option<&'static Unit>,
+    pub unit: Option<&'static NamedUnit>,
     /// Place of the whole key.
     pub key_span: Range<usize>,
     pub value: &'t str,

@@ -161,7 +161,7 @@ impl Source<'_> {
             return Err(self.error(line as u64 + 1, None, problem, advice));
         }
         let body = self.body();
-        let mut lines = Lines {
+        let mut lines = LineCounter {
             text: body,
             place: 0,
             line: 1 + u64::from(body.len() < self.text.len()),
@@ -209,13 +209,13 @@ impl Source<'_> {
 }
 
 /// The number of the line at a place of a text. Places must not decrease.
-struct Lines<'t> {
+struct LineCounter<'t> {
     text: &'t str,
     place: usize,
     line: u64,
 }
 
-impl Lines<'_> {
+impl LineCounter<'_> {
     /// Returns the line of the first cell at `place` or behind it. A record's own position is that
     /// of the line break before it, or of empty lines.
     fn at(&mut self, place: u64) -> u64 {

@@ -4,7 +4,7 @@
 //! options and sweeps, for named tools and from Python. [`crate::text::units`] has the units.
 
 use crate::grid::SHORT_NAMES;
-use crate::text::units::{Unit, own_keys, units_of};
+use crate::text::units::{NamedUnit, own_keys, units_of};
 use bristle::model::parameters::Parameter;
 
 use crate::input::keys::{CONTROL_POINTS, STUDY};
@@ -12,7 +12,7 @@ use crate::input::keys::{CONTROL_POINTS, STUDY};
 /// Returns the setting that a dotted path states, and the unit of the path; no unit for a ratio or
 /// a count.
 #[must_use]
-pub fn setting(path: &str) -> Option<(&'static Parameter, Option<&'static Unit>)> {
+pub fn setting(path: &str) -> Option<(&'static Parameter, Option<&'static NamedUnit>)> {
     let other =
         || own_path(path).and_then(|(own, unit)| Some((Parameter::find(&own)?, Some(unit))));
     Parameter::find(path)
@@ -24,7 +24,7 @@ pub fn setting(path: &str) -> Option<(&'static Parameter, Option<&'static Unit>)
 /// another unit, and this other unit. `None` if there is no such key, or no other unit. The keys of
 /// `[study]` are short names and paths of settings.
 #[must_use]
-pub fn own_key(section: &str, key: &str) -> Option<(String, &'static Unit)> {
+pub fn own_key(section: &str, key: &str) -> Option<(String, &'static NamedUnit)> {
     if section == STUDY {
         let is_short = |own: &str| SHORT_NAMES.iter().any(|(short, _)| *short == own);
         return own_path(key)
@@ -35,12 +35,12 @@ pub fn own_key(section: &str, key: &str) -> Option<(String, &'static Unit)> {
 }
 
 /// Returns the path of the setting that a path states in another unit, and that unit.
-pub(crate) fn own_path(path: &str) -> Option<(String, &'static Unit)> {
+pub(crate) fn own_path(path: &str) -> Option<(String, &'static NamedUnit)> {
     own_keys(path).find(|(own, unit)| !unit.is_own() && has_units(own))
 }
 
 /// Returns the other paths that state the setting at a path, each in a unit.
-pub(crate) fn other_paths(own: &str) -> impl Iterator<Item = (String, &'static Unit)> {
+pub(crate) fn other_paths(own: &str) -> impl Iterator<Item = (String, &'static NamedUnit)> {
     let others = units_of(own).filter(|unit| !unit.is_own() && has_units(own));
     others.filter_map(|unit| Some((unit.key_of(own)?, unit)))
 }
@@ -48,7 +48,7 @@ pub(crate) fn other_paths(own: &str) -> impl Iterator<Item = (String, &'static U
 /// Returns `true` if the end of a path states the unit of its setting. The unit of a contact
 /// stiffness depends on its exponent instead.
 fn has_units(own: &str) -> bool {
-    let unit = units_of(own).next().map(Unit::name);
+    let unit = units_of(own).next().map(NamedUnit::name);
     own == CONTROL_POINTS
         || Parameter::find(own).is_some_and(|parameter| unit == Some(parameter.unit))
 }
@@ -64,7 +64,7 @@ mod tests {
         for parameter in PARAMETERS {
             let unit = setting(parameter.path)
                 .and_then(|(_, unit)| unit)
-                .map_or("", Unit::name);
+                .map_or("", NamedUnit::name);
             assert_eq!(
                 unit,
                 if parameter.unit == "N/m^p" {

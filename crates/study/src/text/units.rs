@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 /// A unit of a quantity.
 #[derive(Debug, PartialEq)]
-pub struct Unit {
+pub struct NamedUnit {
     /// End of a key in this unit.
     pub suffix: &'static str,
     /// Spellings behind a number or in a heading; messages use the first.
@@ -29,7 +29,7 @@ enum Conversion {
 use Conversion::{Ratio, Ten};
 
 /// All units. The first unit of each quantity is that of the settings.
-pub static UNITS: [Unit; 37] = [
+pub static UNITS: [NamedUnit; 37] = [
     unit("_m", &["m"], "_m", Ten(0)),
     unit("_mm", &["mm"], "_m", Ten(-3)),
     unit("_cm", &["cm"], "_m", Ten(-2)),
@@ -82,7 +82,7 @@ pub static UNITS: [Unit; 37] = [
 ];
 
 /// Units of a torque, whose keys end like those of a stiffness. The first is that of the key.
-pub static TORQUES: [Unit; 3] = [
+pub static TORQUES: [NamedUnit; 3] = [
     unit("_n_m", &["N m", "Nm", "N·m"], "_n_m", Ten(0)),
     unit("_n_cm", &["N cm", "Ncm", "N·cm"], "_n_m", Ten(-2)),
     unit("_n_mm", &["N mm", "Nmm", "N·mm"], "_n_m", Ten(-3)),
@@ -90,22 +90,22 @@ pub static TORQUES: [Unit; 3] = [
 
 /// Units of a time. [`UNITS`] has none, because the end of `_m_min` is not that of a time. The
 /// first is that of the key.
-pub static TIMES: [Unit; 3] = [
+pub static TIMES: [NamedUnit; 3] = [
     unit("_s", &["s", "sec"], "_s", Ten(0)),
     unit("_min", &["min"], "_s", Ratio(60.0, 1.0)),
     unit("_h", &["h"], "_s", Ratio(3600.0, 1.0)),
 ];
 
 /// Unit of a number of turns.
-pub static TURNS: [Unit; 1] = [unit("", &["1"], "", Ten(0))];
+pub static TURNS: [NamedUnit; 1] = [unit("", &["1"], "", Ten(0))];
 
 const fn unit(
     suffix: &'static str,
     names: &'static [&'static str],
     own: &'static str,
     conversion: Conversion,
-) -> Unit {
-    Unit {
+) -> NamedUnit {
+    NamedUnit {
         suffix,
         names,
         own,
@@ -113,7 +113,7 @@ const fn unit(
     }
 }
 
-impl Unit {
+impl NamedUnit {
     /// Returns the spelling in messages.
     #[must_use]
     pub fn name(&self) -> &'static str {
@@ -201,14 +201,15 @@ fn longest(text: &str, suffixes: impl Iterator<Item = &'static str>) -> &'static
 }
 
 /// Returns the units that the end of a key states: several if keys of several quantities end so.
-fn units_at_end(key: &str) -> impl Iterator<Item = &'static Unit> {
+fn units_at_end(key: &str) -> impl Iterator<Item = &'static NamedUnit> {
     let suffix = longest(key, UNITS.iter().map(|unit| unit.suffix));
     UNITS.iter().filter(move |unit| unit.suffix == suffix)
 }
 
 /// Returns the keys of settings that a key may state, itself included, each with the key's unit.
-pub fn own_keys(key: &str) -> impl Iterator<Item = (String, &'static Unit)> {
-    let own_key = |unit: &Unit| format!("{}{}", &key[..key.len() - unit.suffix.len()], unit.own);
+pub fn own_keys(key: &str) -> impl Iterator<Item = (String, &'static NamedUnit)> {
+    let own_key =
+        |unit: &NamedUnit| format!("{}{}", &key[..key.len() - unit.suffix.len()], unit.own);
     units_at_end(key)
         .map(move |unit| (own_key(unit), unit))
         .filter(|(own, unit)| own_suffix(own) == unit.own)
@@ -216,7 +217,7 @@ pub fn own_keys(key: &str) -> impl Iterator<Item = (String, &'static Unit)> {
 
 /// Returns the units in which a key of a setting can be stated, that of the setting first; none if
 /// it has no unit.
-pub fn units_of(own: &str) -> impl Iterator<Item = &'static Unit> {
+pub fn units_of(own: &str) -> impl Iterator<Item = &'static NamedUnit> {
     let suffix = own_suffix(own);
     UNITS
         .iter()
@@ -252,7 +253,7 @@ mod tests {
     use super::*;
 
     /// Returns the unit at the end of a key of a setting with this end.
-    fn at_end(key: &str, own: &str) -> &'static Unit {
+    fn at_end(key: &str, own: &str) -> &'static NamedUnit {
         units_at_end(key).find(|unit| unit.own == own).expect(key)
     }
 
@@ -330,7 +331,9 @@ mod tests {
         );
         assert_eq!(at_end("length_mm", "_m").key_of("damping_s_m"), None);
         assert_eq!(
-            units_of("damping_s_m").map(Unit::name).collect::<Vec<_>>(),
+            units_of("damping_s_m")
+                .map(NamedUnit::name)
+                .collect::<Vec<_>>(),
             ["s/m"]
         );
         assert_eq!(

@@ -3,7 +3,8 @@
 use bristle::model::settings::Settings;
 use bristle::simulation::Stop;
 use bristle_study::calibrate::{
-    Calibration, Fitted, Means, Problem, Reach, STARTS, ToolPlace, Unwatched, calibrate, summary,
+    Calibration, CalibrationContext, Fitted, MeasurementLimits, Problem, STARTS, SilentObserver,
+    ToolPlace, calibrate, summary,
 };
 use bristle_study::grid::{Resources, Study, run_study};
 use bristle_study::input::document::StatedBrush;
@@ -78,13 +79,13 @@ fn simulated(
 
 fn calibrated(problem: Problem, starts: usize) -> Calibration {
     let stop = Stop::default();
-    let means = Means {
+    let means = CalibrationContext {
         resources: Resources::default(),
         stop: &stop,
-        observer: &Unwatched,
+        observer: &SilentObserver,
         starts,
     };
-    calibrate(problem, Reach::default(), means)
+    calibrate(problem, MeasurementLimits::default(), means)
         .expect("nothing stops it")
         .expect("starts that can be simulated")
 }

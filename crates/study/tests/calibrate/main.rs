@@ -4,7 +4,7 @@ mod forces;
 mod radii;
 
 use bristle::simulation::Stop;
-use bristle_study::calibrate::{Calibration, Fitted, Means, Unwatched};
+use bristle_study::calibrate::{Calibration, CalibrationContext, Fitted, SilentObserver};
 use bristle_study::grid::Resources;
 
 /// Returns the settings with these keys, within the bounds that they state.
@@ -16,8 +16,8 @@ fn fitted(keys: &[&str]) -> Vec<Fitted> {
 
 /// Returns the largest change of a fitted point when it is simulated with more precision.
 fn change_when_checked(calibration: &Calibration) -> f64 {
-    let (stop, observer) = (Stop::default(), Unwatched);
-    let means = Means {
+    let (stop, observer) = (Stop::default(), SilentObserver);
+    let means = CalibrationContext {
         resources: Resources::default(),
         stop: &stop,
         observer: &observer,

@@ -5,7 +5,8 @@ use bristle::model::settings::{
 };
 use bristle::simulation::Stop;
 use bristle_study::calibrate::{
-    Calibration, Interrupted, Means, Problem, Reach, STARTS, Unwatched, calibrate, summary,
+    Calibration, CalibrationContext, Interrupted, MeasurementLimits, Problem, STARTS,
+    SilentObserver, calibrate, summary,
 };
 use bristle_study::grid::Resources;
 use bristle_study::grid::removal::{Removal, remove};
@@ -90,13 +91,13 @@ fn calibrated(settings: Settings, keys: &[&str], points: Vec<MeasuredRadius>) ->
 
 fn fit(problem: Problem) -> Result<Calibration, Interrupted> {
     let stop = Stop::default();
-    let means = Means {
+    let means = CalibrationContext {
         resources: Resources::default(),
         stop: &stop,
-        observer: &Unwatched,
+        observer: &SilentObserver,
         starts: STARTS,
     };
-    Ok(calibrate(problem, Reach::default(), means)?.expect("a start"))
+    Ok(calibrate(problem, MeasurementLimits::default(), means)?.expect("a start"))
 }
 
 /// Returns the summary in one line.

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use bristle_codegen::ir::graph::Graph;
-use bristle_codegen::ir::kernel::{Input, Kernel, Output};
+use bristle_codegen::ir::kernel::{Kernel, KernelInput, Output};
 use bristle_codegen::ir::unit::Unit;
 use bristle_equations::languages::SourceFile;
 use fastrand::Rng;
@@ -32,8 +32,8 @@ fn kernel(number: usize, name: &str) -> Kernel {
     let product = g.mul(total, ratio);
     let negative = g.neg(product);
     let inputs = vec![
-        Input::symbols(&graph, name, "the symbol", &[name]),
-        Input::symbols(&graph, "others", "other symbols", &OTHERS),
+        KernelInput::symbols(&graph, name, "the symbol", &[name]),
+        KernelInput::symbols(&graph, "others", "other symbols", &OTHERS),
     ];
     let outputs = vec![
         Output::vector("values", "values", Unit::ONE, vec![total, negative]),

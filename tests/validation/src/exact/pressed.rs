@@ -14,14 +14,14 @@ use super::zero;
 
 /// The law of contact of two filaments.
 #[derive(Clone, Copy, Debug)]
-pub struct Pressing {
+pub struct FilamentContactLaw {
     /// `k_l` in N/m².
     pub stiffness: f64,
     /// `d`, the sum of both radii, in m.
     pub reach: f64,
 }
 
-impl Pressing {
+impl FilamentContactLaw {
     /// Hertz's coefficient of filaments that cross at a right angle, in N/m^(3/2).
     fn coefficient(self) -> f64 {
         4.0 / 3.0 * self.stiffness * (2.0 * self.reach).sqrt()
@@ -38,7 +38,7 @@ impl Pressing {
         (force / self.coefficient()).powf(2.0 / 3.0)
     }
 
-    /// [`Pressing::hertz`] without the limit of a small overlap.
+    /// [`FilamentContactLaw::hertz`] without the limit of a small overlap.
     pub fn crossed(self, overlap: f64, angle: f64) -> f64 {
         let least = self.reach - overlap;
         let half_width = (overlap * (self.reach + least)).sqrt();
@@ -77,7 +77,7 @@ impl Pressing {
 pub mod checks {
     use super::*;
 
-    const PRESSING: Pressing = Pressing {
+    const PRESSING: FilamentContactLaw = FilamentContactLaw {
         stiffness: 6e7,
         reach: 1.18e-3,
     };

@@ -5,7 +5,7 @@ use bristle::model::metrics::tool_force;
 use bristle::model::settings::{BrushSettings, Settings};
 
 use super::rows::{AROUND, row, with};
-use crate::trial::{Failure, Outcome, Trial};
+use crate::trial::{Failure, Trial, TrialResult};
 use crate::{sources, tolerances};
 
 /// Filaments of the paper's brush.
@@ -43,7 +43,7 @@ const DEPTH: f64 = 1e-3;
 ///
 /// docs/MODEL.md states the forces, from a prototype, another code. One setting is changed at a
 /// time. Brushes of several rows are staggered and tilted at random by 1e-3 rad.
-pub fn steady(trial: &mut Trial) -> Outcome {
+pub fn steady(trial: &mut Trial) -> TrialResult {
     let base = steady_row(SEGMENTS, DEPTH)?;
     let of_base = simulate_brush(&base, 1)?;
     // Depth in m, and the forces in N of the row and of a filament alone that docs/MODEL.md states.
@@ -90,7 +90,7 @@ fn tilted(row: &Settings, rows: usize) -> Settings {
 }
 
 /// Compares the mean of `base`, whose result is given, with that of changed settings.
-fn changes(trial: &mut Trial, base: &Settings, of_base: &BrushResult) -> Outcome {
+fn changes(trial: &mut Trial, base: &Settings, of_base: &BrushResult) -> TrialResult {
     const MAX_SEGMENTS: usize = 24;
     const MAX_ROWS: usize = 8;
     const MIN_TOLERANCE: f64 = 1e-5;

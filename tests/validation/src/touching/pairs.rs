@@ -14,8 +14,8 @@ use bristle::workpiece::{Part, Plane};
 
 use crate::chains::{extrapolated, paper_case, worse};
 use crate::exact::held::{Circle, Held};
-use crate::exact::pressed::Pressing;
-use crate::trial::{Failure, Outcome, Trial};
+use crate::exact::pressed::FilamentContactLaw;
+use crate::trial::{Failure, Trial, TrialResult};
 use crate::{sources, tolerances};
 
 /// A clamp that moves by `way` (m) from time zero to `time` (s), smoothly, and then rests.
@@ -123,8 +123,8 @@ fn filament(segments: usize) -> Result<FilamentSettings, Failure> {
 }
 
 /// Contact law between the paper's filaments.
-fn pressing(filament: &FilamentSettings) -> Pressing {
-    Pressing {
+fn pressing(filament: &FilamentSettings) -> FilamentContactLaw {
+    FilamentContactLaw {
         stiffness: PressLaw::of(&Settings::paper(10.0, 1e-3)).stiffness,
         reach: filament.diameter_m,
     }
@@ -167,7 +167,7 @@ const POINTS: usize = 128;
 /// Parallel ones press with `k_l δ` per length, crossed ones with `k_l g [2 d asinh(w/g) − 2 w]/sin
 /// α`, `g = d − δ`, `w = √(d² − g²)`. The midpoint rule must resolve the length 2 w. Its error
 /// depends on where its points lie, so that the largest error of eight places counts.
-pub fn straight(trial: &mut Trial) -> Outcome {
+pub fn straight(trial: &mut Trial) -> TrialResult {
     const SEGMENTS: usize = 25;
     const OVERLAP: f64 = 1e-5;
     /// Places at which the filaments cross, along a part of the rule.
@@ -326,7 +326,7 @@ fn pressed_force(
 /// `P = δ_0/(a_1³/(3 E I) + a_2³/(3 E I) + 1/k)` with `k = P/δ` and `P = (4/3) k_l √(2 d) δ^(3/2)`.
 ///
 /// A chain itself yields by `Σ (a − k h)²/c_k` over the joints k before the contact.
-pub fn cantilevers(trial: &mut Trial) -> Outcome {
+pub fn cantilevers(trial: &mut Trial) -> TrialResult {
     const SEGMENTS: usize = 25;
     const APPROACHES: [f64; 4] = [1e-5, 2e-5, 5e-5, 1e-4];
     let mut largest = 0.0;
@@ -440,7 +440,7 @@ fn held_force(segments: usize, ratio: f64) -> Result<[f64; 2], Failure> {
 
 /// Filament that rests across one 10⁴ times as stiff: a fixed edge of the radius d, which yields by
 /// the δ of crossed filaments. The force is extrapolated from two n.
-pub fn over_filament(trial: &mut Trial) -> Outcome {
+pub fn over_filament(trial: &mut Trial) -> TrialResult {
     const SEGMENTS: usize = 50;
     for ratio in [0.1, 0.25, 0.5] {
         let ([coarse, expected], [fine, _]) = (

@@ -5,7 +5,7 @@ use bristle::model::settings::{BrushSettings, Settings};
 use serde::Deserialize;
 
 use crate::chains::{cases_of, paper_case};
-use crate::trial::{Failure, Outcome, Trial};
+use crate::trial::{Failure, Trial, TrialResult};
 use crate::{sources, tolerances};
 
 /// Filaments around of the dense rows.
@@ -61,7 +61,7 @@ struct OfFilament {
 ///
 /// Capsules touch at one point, which moves force from filament to filament and hardly changes the
 /// mean. MuJoCo takes steps of 50 ns and knows `p_n` to 2e-4, with Hertz's stiffness to 5e-3.
-pub fn mujoco(trial: &mut Trial) -> Outcome {
+pub fn mujoco(trial: &mut Trial) -> TrialResult {
     const ROWS: &str = include_str!("../../../../tests/data/reference_row_mujoco.json");
     for case in cases_of::<OtherRow>(ROWS)? {
         let of_hertz = case.name.contains("Hertz");
@@ -124,7 +124,7 @@ fn rubbing(columns: usize) -> Result<Settings, Failure> {
 ///
 /// Strong damping (ζ = 0.5) lets all filaments turn rigidly again at the end. The balance holds
 /// only if forces and moments between filaments balance in pairs.
-pub fn momentum(trial: &mut Trial) -> Outcome {
+pub fn momentum(trial: &mut Trial) -> TrialResult {
     let tolerance = 1e-5;
     for (name, settings) in [
         ("friction and damping", rubbing(6)?),

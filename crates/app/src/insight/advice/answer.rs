@@ -13,22 +13,22 @@ use super::limits::{AdviceError, Limits};
 use super::recommendation::write_lines;
 use super::{Advice, advise};
 
-/// A question, and what a study answers.
+/// A question to a study, with its answer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Answer {
-    /// What is asked for.
+    /// The question, as a sentence.
     pub question: String,
-    /// What is recommended, and then what is known of it, line by line; or why nothing is.
+    /// The recommendation and its properties, line by line, or the reason why there is none.
     pub lines: Vec<String>,
     /// Rows of `runs.csv` that the answer comes from.
     pub rows: Vec<usize>,
-    /// What to keep in mind.
+    /// Caveats.
     pub notes: Vec<String>,
 }
 
 impl Answer {
-    /// The answer to what `[goal]` asks for. What is recommended is simulated; `tell` hears when
-    /// that begins. A stop leaves it as it follows from the study.
+    /// Answers the question of `[goal]` and simulates the recommendation. `tell` is called when
+    /// that simulation begins. After a stop, the recommendation stays as the study has it.
     ///
     /// # Errors
     /// If threads cannot be started.
@@ -87,7 +87,7 @@ impl Answer {
         })
     }
 
-    /// In lines of at most `width` columns.
+    /// Returns the answer in lines of at most `width` columns.
     #[must_use]
     pub fn text(&self, width: usize) -> String {
         let mut text = String::new();

@@ -11,10 +11,10 @@ use bristle_study::grid::{CaseResult, Study};
 pub struct Cited {
     /// Row of `runs.csv`, counted from 1 below the heading.
     pub row: usize,
-    /// Where it is.
+    /// Velocity and depth.
     #[serde(flatten)]
     pub place: OperatingPoint,
-    /// What came out.
+    /// The result.
     #[serde(flatten)]
     pub outcome: Outcome,
     /// Velocity or rotational speed, as the study states it.
@@ -25,7 +25,7 @@ pub struct Cited {
     pub(super) position: [usize; 2],
 }
 
-/// Its force in N.
+/// Returns the tool force of a case in N.
 pub(super) fn force(cell: &Cited) -> f64 {
     cell.outcome.tool_contact_normal_force_n
 }

@@ -1,7 +1,7 @@
-//! What a study advises on edges: where most of the work is done on them, and how evenly around
-//! them.
+//! Advice of a study on edges: the cases with most work on edges, and with the most even work
+//! around them.
 //!
-//! As all advice, each sentence cites a case by its row in `runs.csv`.
+//! Each sentence cites a case by its row in `runs.csv`, as in all advice.
 
 use bristle::model::metrics::Metrics;
 use serde::Serialize;
@@ -13,7 +13,7 @@ use bristle_study::grid::{CaseResult, CaseSummary, Study, Sweep};
 use bristle_study::text::layout::wrap;
 use bristle_study::text::number::spanning;
 
-/// Advice on even work considers cases with at least this part of the highest force on edges.
+/// Least share of the highest force on edges in cases that advice on even work considers.
 const LEAST_PART: f64 = 0.5;
 
 /// Advice on the edges of a study's workpieces.

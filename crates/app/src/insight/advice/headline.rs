@@ -9,9 +9,9 @@ use crate::insight::slices::{Slice, Varied, process_slices};
 use bristle_study::grid::{CaseResult, DEPTH, Study};
 use bristle_study::text::number::{counted, short, significant, uncertain};
 
-/// Says in two sentences where the tool force of a study is highest, and where it is highest among
-/// laterally stable cases whose filaments sweep. It is true of any study: of one case, without a
-/// force, and if cases failed.
+/// Returns two sentences: the case with the highest tool force of a study, and the one with the
+/// highest among laterally stable cases whose filaments sweep. They hold for every study, also for
+/// a single case, without a force, and if cases failed.
 #[must_use]
 pub fn headline(study: &Study, results: &[CaseResult]) -> String {
     let slices = process_slices(study, usize::MAX).chosen;

@@ -1,4 +1,4 @@
-//! What the cases that advice considers must satisfy.
+//! Limits on the cases that advice considers.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -12,8 +12,7 @@ use bristle_study::text::number::short;
 /// Relative rounding noise of a setting that is at its limit.
 const NOISE: f64 = 1e-9;
 
-/// Limits on the cases that advice considers, and the force that is wanted of them. Those that are
-/// not given are not in JSON.
+/// Limits on the cases that advice considers, and the wanted force. JSON has the given ones only.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Limits {
@@ -42,7 +41,7 @@ pub struct Limits {
     /// first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target_force_n: Option<f64>,
-    /// What there is to be most of; it excludes no case.
+    /// Quantity to be maximised; it excludes no case.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub most: Option<Most>,
 }
@@ -53,7 +52,7 @@ pub struct Limits {
 pub struct AdviceError(pub(super) String);
 
 impl Limits {
-    /// What `[goal]` of an input file states.
+    /// Reads the limits in `[goal]` of an input file.
     ///
     /// # Errors
     /// If it has keys or values that `[goal]` does not have.
@@ -68,13 +67,13 @@ impl Limits {
         *self == Self::default()
     }
 
-    /// What there is to be most of, where no force is wanted.
+    /// Returns the quantity to be maximised where no force is wanted.
     #[must_use]
     pub fn most(&self) -> Most {
         self.most.unwrap_or_default()
     }
 
-    /// What is asked for, as a question.
+    /// Returns the question.
     #[must_use]
     pub fn question(&self) -> String {
         let asked = match (self.target_force_n, self.most()) {
@@ -113,7 +112,7 @@ impl Limits {
         }
     }
 
-    /// Whether velocity and depth are within the limits.
+    /// Returns `true` if velocity and depth are within the limits.
     pub(super) fn allow_point(&self, place: &OperatingPoint) -> bool {
         let is_at_most = |value: f64, limit: Option<f64>| {
             limit.is_none_or(|limit| value <= limit * (1.0 + NOISE))
@@ -123,7 +122,7 @@ impl Limits {
             && is_at_most(place.penetration_depth_m, self.max_depth_m)
     }
 
-    /// Whether a case is within the limits.
+    /// Returns `true` if a case is within the limits.
     pub(crate) fn allow(&self, place: &OperatingPoint, outcome: &Outcome) -> bool {
         let is_at_most = |value: f64, limit: Option<f64>| limit.is_none_or(|limit| value <= limit);
         self.allow_point(place)
@@ -135,7 +134,7 @@ impl Limits {
             && is_at_most(outcome.contact_time_ratio, self.max_ratio)
     }
 
-    /// Whether there is no limit. A target is none.
+    /// Returns `true` if there is no limit. A target is not a limit.
     pub(super) fn are_none(&self) -> bool {
         Self {
             target_force_n: None,
@@ -149,7 +148,7 @@ impl Limits {
         self.target_force_n.or(self.max_force_n)
     }
 
-    /// Whether the force is within its limit with its whole uncertainty.
+    /// Returns `true` if the force is within its limit with its whole uncertainty.
     pub(super) fn hold_with_band(&self, outcome: &Outcome) -> bool {
         self.max_force_n
             .is_none_or(|limit| outcome.ends()[1] <= limit)

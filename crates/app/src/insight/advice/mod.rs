@@ -1,4 +1,4 @@
-//! What a study advises: where the tool force is high, and at what velocity, depth and contact time
+//! Advice of a study: cases with a high tool force, with their velocity, depth and contact time
 //! ratio.
 //!
 //! Advice is a list of sentences made from the results of a study. Each sentence cites its cases by
@@ -30,9 +30,9 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::insight::findings::vibrating_note;
-use crate::insight::quantity::{Quantity, Readable};
+use crate::insight::quantity::{CaseQuantity, Readable};
 use crate::insight::slices::{Slice, Varied, process_slices};
-use bristle_study::grid::{CaseResult, FORCE, FRICTION, Study, TOOL, Tool};
+use bristle_study::grid::{CaseResult, FORCE, FRICTION, Study, StudyTool, TOOL};
 use bristle_study::text::layout::wrap;
 use bristle_study::text::number::{counted, short, significant, spanning};
 
@@ -74,7 +74,7 @@ const FORCES_ARE_GIVEN: &str = "Nothing is interpolated, as the depths follow fr
 pub struct Advice {
     /// The limits requested.
     pub limits: Limits,
-    /// What to set, if there are limits or a target, and cases within them.
+    /// Recommended settings, if there are limits or a target, and cases within them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recommendation: Option<Recommendation>,
     /// The best case of each named tool, ranked. A tool without a case within the limits is left
@@ -94,7 +94,7 @@ pub struct Advice {
     pub checked: Option<Checked>,
     #[serde(skip)]
     forces: Readable,
-    /// What the drive and the workpiece feel.
+    /// Loads on drive and workpiece.
     #[serde(skip)]
     machine: Vec<Readable>,
 }
@@ -241,7 +241,7 @@ pub fn advise(
     };
     let sections: Vec<Section> = slices.into_iter().map(section).collect();
     let recommendation = recommend(study, &sections, &limits);
-    let machine = Quantity::machine(results)
+    let machine = CaseQuantity::machine(results)
         .map(|quantity| Readable::new(quantity, results))
         .collect();
     let tools = best_of_tools(study, &sections, &limits);
@@ -266,8 +266,8 @@ pub fn advise(
     })
 }
 
-/// What the wear of filaments says about the cases of a study: nothing that tells them apart.
-/// `None` if it is not known.
+/// Returns a note on the wear of filaments, which does not distinguish the cases of a study. `None`
+/// if the wear is unknown.
 fn wear_note(results: &[CaseResult]) -> Option<String> {
     let ratio = results
         .iter()
@@ -287,7 +287,7 @@ fn best_of_tools(study: &Study, sections: &[Section], limits: &Limits) -> Vec<To
         Topic::Highest => *limits == Limits::default(),
         topic => [Topic::WithinLimits, Topic::NearTarget].contains(&topic),
     };
-    let best = |tool: &Tool| {
+    let best = |tool: &StudyTool| {
         let is_own = |section: &&Section| {
             section
                 .settings
@@ -319,9 +319,9 @@ fn best_of_tools(study: &Study, sections: &[Section], limits: &Limits) -> Vec<To
     tools
 }
 
-/// Replaces the best case of a tool by the one at the speed of the `reference` whose force is
-/// nearest to that of the `reference`, if there is one within the limits. At another speed the same
-/// force takes another power.
+/// Replaces the best case of a tool by a case at the speed of the `reference`, as the same force
+/// takes another power at another speed. The case is within the limits, and its force is nearest to
+/// that of the `reference`.
 fn compare_with(
     reference: &ToolAdvice,
     tool: &mut ToolAdvice,
@@ -373,8 +373,8 @@ fn compare_with(
     tool.advice = about(Topic::ToolAlongside, cell, sentence, &[]);
 }
 
-/// What friction does to the forces of a section, whose highest is that of `top`. `None` if the
-/// study cannot tell.
+/// Returns a note on the effect of friction on the forces of a section, whose highest is that of
+/// `top`. `None` if the study cannot tell.
 fn friction_note(study: &Study, forces: &Readable, top: &Sentence) -> Option<String> {
     let case = top.cell.row - 1;
     if study.settings(case).contact.friction_coefficient == 0.0 {
@@ -411,14 +411,14 @@ fn friction_note(study: &Study, forces: &Readable, top: &Sentence) -> Option<Str
 /// The data from which the sentences of a section are made.
 struct Adviser<'a> {
     slice: &'a Slice,
-    /// Whether forces are given in place of depths.
+    /// `true` if forces are given in place of depths.
     is_pressed_on: bool,
     forces: &'a Readable,
     cells: &'a [Vec<Option<Cited>>],
 }
 
 impl Adviser<'_> {
-    /// The sentences, and the notes, where so many suggestions are `interpolated`.
+    /// Returns the sentences and the notes; `interpolated` is the number of suggestions.
     fn advise(&self, limits: Limits, interpolated: usize) -> (Vec<Sentence>, Vec<String>) {
         let cells: Vec<&Cited> = self.cells.iter().flatten().flatten().collect();
         let (mut advice, mut notes) = (Vec::new(), Vec::new());
@@ -579,7 +579,7 @@ impl Adviser<'_> {
         }
     }
 
-    /// The best of the cases `within` the limits, ranked: at most so many.
+    /// Returns at most `most` of the best cases `within` the limits, ranked.
     fn ranked(&self, within: &[&Cited], limits: &Limits, most: usize) -> Vec<Sentence> {
         let mut ranked = within.to_vec();
         ranked.sort_by(|a, b| rank(limits, &a.outcome, &b.outcome));
@@ -732,7 +732,7 @@ fn warn_of_instability(sentence: &mut String, outcome: &Outcome) {
     }
 }
 
-/// That the uncertainty of a force is beyond its limit.
+/// Returns the words for a force whose uncertainty exceeds its limit.
 fn beyond(forces: &Readable, outcome: &Outcome) -> String {
     format!(
         " Its uncertainty reaches {} {}, beyond the limit.",
@@ -741,7 +741,7 @@ fn beyond(forces: &Readable, outcome: &Outcome) -> String {
     )
 }
 
-/// How far a force is from the target, in N.
+/// Returns the distance of a force from the target, in N, as text.
 fn off_target(force_n: f64, target_n: f64) -> String {
     let off = short((force_n - target_n).abs());
     match force_n.total_cmp(&target_n) {
@@ -1088,7 +1088,7 @@ mod tests {
         }
         let notes = [
             "At a_e = 2 mm no local maximum lies along the line between sweeping and striking, from ε_tc = 0.3 to 0.6.",
-            "In 2 of 8 cases the filament comes back still vibrating, with up to 6 % of its vibration (row 1): simulate \
+            "In 2 of 8 cases the filament comes back still vibrating, with up to 6 % of its vibration (row 1). Simulate \
              turn after turn with process.turns = \"steady\".",
         ];
         assert_eq!(all.notes, notes);
@@ -1350,7 +1350,7 @@ mod tests {
         );
     }
 
-    /// What no case reaches is said first, and what all exceed.
+    /// A target that no case reaches is named first, as is one that all cases exceed.
     #[test]
     fn a_target_that_no_setting_reaches_is_named_first() {
         let study = study("rotational_speed_rpm = [400, 800]\npenetration_depth_m = [1e-3, 2e-3]");

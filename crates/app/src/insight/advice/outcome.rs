@@ -1,4 +1,4 @@
-//! Where a case is, and what advice considers of its result.
+//! Velocity and depth of a case, and the part of its result that advice considers.
 
 use bristle::model::metrics::{Metrics, SWEEPING_RATIO, tool_force};
 use bristle::model::settings::Settings;
@@ -9,21 +9,21 @@ use bristle_study::grid::CaseSummary;
 use bristle_study::grid::uncertainty::share_below;
 use bristle_study::text::number::significant;
 
-/// What there is to be most of, within the limits.
+/// Quantity to be maximised within the limits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Most {
     /// The force of the tool.
     #[default]
     Force,
-    /// What is removed from edges per time.
+    /// Removal from edges per time.
     Edge,
-    /// What is removed in all per time.
+    /// Removal in all per time.
     Removal,
 }
 
 impl Most {
-    /// The key of the metric that it is about.
+    /// Returns the key of the metric.
     #[must_use]
     pub fn key(self) -> &'static str {
         match self {
@@ -46,7 +46,7 @@ pub struct OperatingPoint {
 }
 
 impl OperatingPoint {
-    /// Where these settings are.
+    /// Returns velocity and depth of the settings.
     #[must_use]
     pub fn of(settings: &Settings) -> Self {
         Self {
@@ -57,7 +57,7 @@ impl OperatingPoint {
     }
 }
 
-/// What advice considers of a result.
+/// The part of a result that advice considers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Outcome {
     /// `F_n,w` in N.
@@ -84,24 +84,24 @@ pub struct Outcome {
     pub contact_time_ratio: f64,
     /// Growth of a lateral imperfection; see [`Metrics`].
     pub lateral_amplification: f64,
-    /// Whether the pass is laterally unstable, so that an imperfection of the filament can change
+    /// `true` if the pass is laterally unstable. An imperfection of the filament can then change
     /// the force.
     pub laterally_unstable: bool,
-    /// What it does to the workpiece, in a study with `[removal]`.
+    /// Removal from the workpiece, in a study with `[removal]`.
     #[serde(skip)]
-    removal: Option<Removal>,
+    removal: Option<RemovalOutcome>,
 }
 
 /// Removal as far as it is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Removal {
+struct RemovalOutcome {
     /// Sliding work of the tool per time in W: on the whole workpiece, and on edges.
     powers_w: [f64; 2],
     /// Preston coefficient in m²/N.
     preston: Option<f64>,
 }
 
-impl Removal {
+impl RemovalOutcome {
     fn of(settings: &Settings, metrics: &Metrics) -> Option<Self> {
         let removal = settings.removal.as_ref()?;
         let (count, rate) = (
@@ -118,7 +118,7 @@ impl Removal {
 }
 
 impl Outcome {
-    /// From the summary of a case with these settings.
+    /// Extracts the outcome from the summary of a case with these settings.
     pub(crate) fn new(settings: &Settings, summary: &CaseSummary) -> Self {
         let CaseSummary {
             metrics, scatter, ..
@@ -139,12 +139,12 @@ impl Outcome {
             contact_time_ratio: metrics.contact_time_ratio,
             lateral_amplification: metrics.lateral_amplification,
             laterally_unstable: metrics.laterally_unstable,
-            removal: Removal::of(settings, metrics),
+            removal: RemovalOutcome::of(settings, metrics),
         }
     }
 
-    /// What a simulation of the same point, or of one near it, has given. Where only this one has a
-    /// band, it is as wide a share of the force.
+    /// Returns the outcome of a simulation of the same point, or of one near it. If only `self` has
+    /// a band, the new band is the same share of the force.
     pub(super) fn simulated_as(&self, settings: &Settings, summary: &CaseSummary) -> Self {
         let new = Self::new(settings, summary);
         let growth = new.tool_contact_normal_force_n / self.tool_contact_normal_force_n;
@@ -188,8 +188,8 @@ impl Outcome {
             .unwrap_or([force - uncertainty, force + uncertainty])
     }
 
-    /// The sliding power of which there is to be most, in W; `None` if that is the force, or it is
-    /// not known.
+    /// Returns the sliding power to be maximised, in W. `None` if the force is to be maximised, or
+    /// the power is unknown.
     pub(super) fn removal_power_w(&self, most: Most) -> Option<f64> {
         let position = match most {
             Most::Force => return None,
@@ -199,7 +199,7 @@ impl Outcome {
         self.removal.map(|removal| removal.powers_w[position])
     }
 
-    /// The same, or what it removes if the coefficient is known, as text.
+    /// Returns the sliding power as text, or the removal rate if the coefficient is known.
     pub(super) fn removed(&self, most: Most) -> Option<String> {
         let power_w = self.removal_power_w(most)?;
         let text = match self.removal?.preston {

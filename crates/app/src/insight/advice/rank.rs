@@ -1,4 +1,4 @@
-//! Which of two outcomes is better, for what is asked for.
+//! Order of outcomes by the goal.
 
 use std::cmp::Ordering;
 
@@ -7,23 +7,23 @@ use bristle::model::metrics::SWEEPING_RATIO;
 use super::limits::Limits;
 use super::outcome::{Most, Outcome};
 
-/// A force this near to the target, as a share of it, is the target.
+/// Relative difference below which a force counts as the target.
 pub(super) const NEAR: f64 = 0.05;
 
-/// Which of two outcomes is better. Near a target, or entirely within the limit of the force, those
-/// come first that are laterally stable, then those that sweep; of these those whose whole
-/// uncertainty is nearest to the target, or whose force is highest, each to 5 %; then those that
-/// are farthest from the line between sweeping and striking.
+/// Compares two outcomes; the better one is less. Outcomes near the target, or entirely within the
+/// limit of the force, come first. Among them laterally stable ones precede, then sweeping ones.
+/// Next counts the uncertainty nearest to the target, or the highest force, each to 5 %. Last
+/// counts the distance from the line between sweeping and striking.
 pub(super) fn rank(limits: &Limits, a: &Outcome, b: &Outcome) -> Ordering {
     coarse_rank(limits, a, b).then(distance(b).total_cmp(&distance(a)))
 }
 
-/// How far an outcome is from the line between sweeping and striking.
+/// Returns the distance of an outcome from the line between sweeping and striking.
 fn distance(outcome: &Outcome) -> f64 {
     (outcome.contact_time_ratio - SWEEPING_RATIO).abs()
 }
 
-/// The same, to 5 %.
+/// Compares two outcomes like [`rank`], without the distance from the line.
 pub(super) fn coarse_rank(limits: &Limits, a: &Outcome, b: &Outcome) -> Ordering {
     let key = |outcome: &Outcome| {
         let force = outcome.central_n();

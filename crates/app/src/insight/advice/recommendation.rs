@@ -1,5 +1,5 @@
-//! The recommendation: one velocity and depth for the force that is asked for, why it is robust,
-//! and how it was verified.
+//! The recommendation: one velocity and depth for the wanted force, its strengths and weaknesses,
+//! and its verification.
 
 use std::io;
 use std::num::NonZeroUsize;
@@ -26,33 +26,33 @@ use crate::insight::assumptions::Assumptions;
 use crate::insight::findings::is_packed;
 use crate::insight::slices::Varied;
 
-/// So near is the force at which the search for it ends.
+/// Relative difference from the wanted force at which the search ends.
 const FOUND: f64 = 0.01;
-/// Simulations of the search.
+/// Maximum number of simulations of the search.
 const MOST: usize = 4;
 /// Rows of a brush in space, which repeat along the axis, and the tolerance of its impulse. With
 /// tilts that nobody has measured, its filaments differ by more.
 const ROWS: usize = 4;
 const TOLERANCE: f64 = 1e-2;
-/// A band is narrow if its ends are this close to the force, as a share of it.
+/// Largest distance of the ends of a narrow band from the force, as a share of the force.
 const NARROW: f64 = 0.25;
 
-/// What to set.
+/// Recommended settings.
 #[derive(Clone, Debug, Serialize)]
 pub struct Recommendation {
-    /// Rows of `runs.csv`: that of the case, or those between which it lies.
+    /// Row of the case in `runs.csv`, or the rows between which the recommendation lies.
     pub rows: Vec<usize>,
-    /// Where it is.
+    /// Velocity and depth.
     #[serde(flatten)]
     pub place: OperatingPoint,
-    /// What is expected there; once it is verified, what its simulation has given.
+    /// The expected outcome; after the verification, the simulated one.
     #[serde(flatten)]
     pub outcome: Outcome,
-    /// What speaks for it.
+    /// Strengths.
     pub strengths: Vec<String>,
-    /// What speaks against it.
+    /// Weaknesses.
     pub weaknesses: Vec<String>,
-    /// How it was verified.
+    /// Result of the verification.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verified: Option<Verified>,
     #[serde(skip)]
@@ -116,20 +116,20 @@ impl Considered {
     }
 }
 
-/// What simulating a recommendation has given.
+/// Result of simulating a recommendation.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verified {
-    /// What the study said, in N.
+    /// Force expected from the study, in N.
     pub expected_force_n: f64,
-    /// Whether filaments touched each other in its simulation.
+    /// `true` if filaments touched each other in the simulation.
     pub with_interaction: bool,
-    /// Why it could not be simulated.
+    /// Reason why the recommendation could not be simulated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
-    /// The same with tilts of the filaments, which leave their planes.
+    /// Result with tilted filaments, which leave their planes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub in_space: Option<InSpace>,
-    /// Why that could not be simulated.
+    /// Reason why the tilted filaments could not be simulated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub in_space_error: Option<String>,
 }
@@ -139,7 +139,7 @@ pub struct Verified {
 pub struct InSpace {
     /// Standard deviation of the tilts in rad.
     pub lateral_tilt_std_rad: f64,
-    /// Whether nobody has stated it.
+    /// `true` if the input file does not state the deviation.
     pub is_assumed: bool,
     /// `F_n,w` in N.
     pub tool_contact_normal_force_n: f64,
@@ -147,8 +147,8 @@ pub struct InSpace {
     pub standard_error_n: f64,
 }
 
-/// The best of all sections, by [`rank`]; `None` if nothing is asked for, or nothing is within the
-/// limits.
+/// Returns the best case of all sections by [`rank`]. `None` without a goal, or without a case
+/// within the limits.
 pub(super) fn recommend(
     study: &Study,
     sections: &[Section],
@@ -233,7 +233,7 @@ pub(super) fn recommend(
     Some(best)
 }
 
-/// Simulates one case; `None` if it was asked to stop.
+/// Simulates one case; `None` after a stop.
 fn simulated(
     settings: &Settings,
     threads: Option<NonZeroUsize>,
@@ -261,7 +261,7 @@ fn simulated(
 }
 
 impl Recommendation {
-    /// Says what speaks for and against it.
+    /// Fills in strengths and weaknesses.
     fn weigh(&mut self, limits: &Limits) {
         let (force, ratio) = (self.outcome.central_n(), self.outcome.contact_time_ratio);
         let ends = self.outcome.ends();
@@ -306,9 +306,10 @@ impl Recommendation {
         }
     }
 
-    /// Simulates it, with filaments that touch where they do, and changes the depth, or else the
-    /// velocity, until it has the target force, or its whole uncertainty is within the limit of the
-    /// force. Then simulates it in space, if filaments touch. A stop leaves it unverified.
+    /// Simulates the recommendation, with contact between filaments where they touch. Changes the
+    /// depth, or else the velocity, until the force is the target, or its whole uncertainty is
+    /// within the limit. Then simulates in space if filaments touch. After a stop, the
+    /// recommendation stays unverified.
     ///
     /// # Errors
     /// If threads cannot be started.
@@ -409,13 +410,13 @@ impl Recommendation {
         Ok(())
     }
 
-    /// In lines of at most `width` columns.
+    /// Writes the recommendation in lines of at most `width` columns.
     pub(super) fn write(&self, text: &mut String, limits: &Limits, width: usize) {
         write_lines(text, &self.lines(limits), width);
         text.push('\n');
     }
 
-    /// What is recommended, and then what is known of it, line by line.
+    /// Returns the recommendation and its properties, line by line.
     #[must_use]
     pub fn lines(&self, limits: &Limits) -> Vec<String> {
         let Self {
@@ -547,14 +548,14 @@ fn likely(share: f64) -> String {
     }
 }
 
-/// Writes what is recommended, and indented what is known of it.
+/// Writes the recommendation, with its properties indented.
 pub(super) fn write_lines(text: &mut String, lines: &[String], width: usize) {
     for (number, line) in lines.iter().enumerate() {
         wrap(width, text, if number == 0 { "" } else { "  " }, line);
     }
 }
 
-/// What the search for a velocity or depth is for.
+/// Goal of the search for a velocity or depth.
 enum Goal {
     /// A force in N.
     Force(f64),
@@ -569,7 +570,7 @@ impl Goal {
         limits.target_force_n.map_or(within, Self::Force)
     }
 
-    /// The force that counts, in N.
+    /// Returns the force that counts, in N.
     fn reached(&self, outcome: &Outcome) -> f64 {
         if let Self::Within(_) = self {
             outcome.ends()[1]
@@ -578,7 +579,7 @@ impl Goal {
         }
     }
 
-    /// What that is to be, in N.
+    /// Returns the wanted value of this force, in N.
     fn aim(&self) -> f64 {
         match self {
             Self::Force(target) => *target,
@@ -587,7 +588,7 @@ impl Goal {
         }
     }
 
-    /// By which share an outcome misses it; zero if it does not.
+    /// Returns the share by which an outcome misses the goal; zero if it reaches the goal.
     fn miss(&self, outcome: &Outcome) -> f64 {
         let off = self.reached(outcome) / self.aim() - 1.0;
         match self {
@@ -598,7 +599,7 @@ impl Goal {
     }
 }
 
-/// That a contact is near a resonance of its filament, if it is.
+/// Returns a sentence if a contact is near a resonance of its filament.
 fn resonance(settings: &Settings) -> Option<String> {
     let modulus = Parameter::find("filament.youngs_modulus_pa")?;
     let change = Assumptions::of_contact(settings, &[modulus]).resonance()?.1;
@@ -609,7 +610,7 @@ fn resonance(settings: &Settings) -> Option<String> {
 }
 
 impl InSpace {
-    /// That of the simulation of a `share` of the tool with these tilts.
+    /// Creates the result of a simulated `share` of the tool with these tilts.
     fn of(
         lateral_tilt_std_rad: f64,
         is_assumed: bool,
@@ -627,8 +628,8 @@ impl InSpace {
     }
 }
 
-/// The force of a brush whose filaments leave their planes, where no tilts are stated: with assumed
-/// ones, in a few rows that repeat along the axis. `None` if it was asked to stop.
+/// Simulates a brush whose filaments leave their planes, in a few rows that repeat along the axis.
+/// Tilts that are not stated are assumed. `None` after a stop.
 fn in_space(
     settings: &Settings,
     threads: Option<NonZeroUsize>,

@@ -19,7 +19,7 @@ pub struct Section {
     /// Settings between simulated cases, if a force is asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub interpolated: Vec<Suggestion>,
-    /// What the advice leaves out, and why.
+    /// Omissions of the advice, with reasons.
     pub notes: Vec<String>,
     #[serde(skip)]
     pub(super) slice: Slice,
@@ -48,9 +48,9 @@ pub struct Sentence {
 pub enum Topic {
     /// The highest force of all.
     Highest,
-    /// The best cases within [`Limits`](super::Limits), ranked. Those whose whole uncertainty is
-    /// within the limit of the force come first, of these stable ones, then those that sweep, then
-    /// the highest force.
+    /// The best cases within [`Limits`](super::Limits), ranked. Cases whose whole uncertainty is
+    /// within the limit of the force come first. Among them stable ones precede, then sweeping
+    /// ones, then the highest force.
     WithinLimits,
     /// The cases within the limits whose force is the target or nearest to it, ranked.
     NearTarget,
@@ -81,7 +81,7 @@ pub enum Topic {
 }
 
 impl Topic {
-    /// Whether its cases are the best of all, or within the limits.
+    /// Returns `true` if the cases are the best of all, or within the limits.
     pub(super) fn is_ranking(self) -> bool {
         matches!(
             self,

@@ -1,8 +1,8 @@
 //! Settings between simulated cases, at which interpolation expects the force that is asked for.
 //!
-//! Between two neighbouring cases that differ in depth, or in velocity if the force is not passed
-//! along the depth, all metrics are taken to be linear. An interpolated suggestion is therefore no result; the first
-//! one is simulated if it is recommended.
+//! Metrics are interpolated linearly between two neighbouring cases. These differ in depth, or in
+//! velocity if the force is not passed along the depth. An interpolated suggestion is therefore no
+//! result. The first one is simulated if it is recommended.
 
 use bristle::model::record::Record;
 use bristle::model::settings::Settings;
@@ -25,10 +25,10 @@ const MOST: usize = 2;
 pub struct Suggestion {
     /// Rows of `runs.csv` between which it lies.
     pub between_rows: [usize; 2],
-    /// Where it is.
+    /// Velocity and depth.
     #[serde(flatten)]
     pub place: OperatingPoint,
-    /// What interpolation expects.
+    /// The interpolated outcome.
     pub interpolated: Outcome,
     /// Path of the setting that is interpolated.
     #[serde(skip)]
@@ -135,7 +135,7 @@ pub(super) fn rounded(value: f64, rounding: fn(f64) -> f64) -> f64 {
     format!("{digits}e{exponent}").parse().unwrap_or(value)
 }
 
-/// What is expected at a share of the way from one case to another.
+/// Interpolates linearly at a share of the way from one case to another.
 fn between(a: &CaseSummary, b: &CaseSummary, share: f64) -> CaseSummary {
     let scatter = a.scatter.as_ref().zip(b.scatter.as_ref());
     CaseSummary {
@@ -145,7 +145,7 @@ fn between(a: &CaseSummary, b: &CaseSummary, share: f64) -> CaseSummary {
     }
 }
 
-/// The numbers of two records, interpolated.
+/// Interpolates the numbers of two records.
 fn mixed<R: Record>(a: &R, b: &R, share: f64) -> R {
     let mut mixed = R::default();
     for column in R::COLUMNS {

@@ -1,4 +1,4 @@
-//! Warnings of measured points that do not fit a study, most of them because of their unit.
+//! Warnings about measured points that do not fit a study, mostly because of a wrong unit.
 
 use super::{compared_slices, points_of, weights};
 use crate::insight::slices::{Slice, Varied};

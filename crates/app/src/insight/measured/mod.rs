@@ -28,7 +28,7 @@ const NARROW_BAND_N: f64 = 10.0;
 const MAX_PLAIN_FORCE_N: f64 = 1e5;
 /// A simulated tool force.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Simulated {
+pub struct SimulatedForce {
     /// `F_n,w` in N.
     pub force_n: f64,
     /// Uncertainty of the force in N, from the number of filaments.
@@ -59,17 +59,17 @@ impl Missing {
 
 /// A measured force and the simulated one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
+pub struct ComparedPoint {
     /// The measured force.
     pub measured: Measurement,
     /// Speed of the point as the study states it: the brushing velocity in m/s, or the rotational
     /// speed in rpm.
     pub across: f64,
     /// The simulated force at this point.
-    pub simulated: Result<Simulated, Missing>,
+    pub simulated: Result<SimulatedForce, Missing>,
 }
 
-impl Point {
+impl ComparedPoint {
     /// Returns the simulated minus the measured force in N, if there is a simulated force.
     #[must_use]
     pub fn difference_n(&self) -> Option<f64> {
@@ -88,7 +88,7 @@ impl Point {
 
 /// Deviation of simulated forces from measured ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Deviation {
+pub struct ForceDeviation {
     /// Number of points compared.
     pub count: usize,
     /// Mean of simulated minus measured, in N.
@@ -102,16 +102,16 @@ pub struct Deviation {
 
 /// Measured points compared with the study, at one value of each further sweep.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Comparison {
+pub struct ForceComparison {
     /// Further settings of the study, and their values.
     pub fixed: Vec<(Setting, f64)>,
     /// Values that distinguish this comparison from the others; empty if it is the only one.
     pub condition: String,
     /// Points in the order of the file.
-    pub points: Vec<Point>,
+    pub points: Vec<ComparedPoint>,
 }
 
-impl Comparison {
+impl ForceComparison {
     /// Returns `true` if the simulated force has an interval at some point.
     fn has_bands(&self) -> bool {
         self.points
@@ -131,8 +131,12 @@ impl Comparison {
     /// Returns bias, RMSE and number of points within one standard deviation. `None` if no point
     /// can be compared.
     #[must_use]
-    pub fn deviation(&self) -> Option<Deviation> {
-        let differences: Vec<f64> = self.points.iter().filter_map(Point::difference_n).collect();
+    pub fn deviation(&self) -> Option<ForceDeviation> {
+        let differences: Vec<f64> = self
+            .points
+            .iter()
+            .filter_map(ComparedPoint::difference_n)
+            .collect();
         let count = differences.len();
         if count == 0 {
             return None;
@@ -145,8 +149,12 @@ impl Comparison {
             });
         let scaled = || differences.iter().map(|difference| difference / scale);
         let mean = |sum: f64| sum / count as f64;
-        let within: Vec<bool> = self.points.iter().filter_map(Point::is_within).collect();
-        Some(Deviation {
+        let within: Vec<bool> = self
+            .points
+            .iter()
+            .filter_map(ComparedPoint::is_within)
+            .collect();
+        Some(ForceDeviation {
             count,
             bias_n: scale * mean(scaled().sum()),
             rmse_n: scale * mean(scaled().map(|difference| difference * difference).sum()).sqrt(),
@@ -158,13 +166,17 @@ impl Comparison {
 
 /// Compares measured forces with those of a study, once for each combination of the settings swept
 /// in addition to velocity and depth. Each named tool is compared with its own points. At most 1000
-/// combinations are compared, evenly spread. With more than 1000 points there are fewer, so that
-/// there are some million differences at most.
+/// combinations are compared, evenly spread. More than 1000 points reduce this number, which limits
+/// the comparison to a few million differences.
 #[must_use]
-pub fn compare(study: &Study, results: &[CaseResult], measured: &[Measurement]) -> Vec<Comparison> {
+pub fn compare(
+    study: &Study,
+    results: &[CaseResult],
+    measured: &[Measurement],
+) -> Vec<ForceComparison> {
     let slices = compared_slices(study, measured).into_iter();
     slices
-        .map(|slice| Comparison {
+        .map(|slice| ForceComparison {
             fixed: slice.fixed.clone(),
             condition: slice.condition(),
             points: points_of(study, &slice, measured)
@@ -176,7 +188,7 @@ pub fn compare(study: &Study, results: &[CaseResult], measured: &[Measurement]) 
                     } = measured;
                     let across = slice.at_speed(study, speed);
                     let simulated = tool_force(study, results, &slice, across, penetration_depth_m);
-                    Point {
+                    ComparedPoint {
                         measured,
                         across,
                         simulated,
@@ -228,7 +240,7 @@ pub fn tool_force(
     slice: &Slice,
     across: f64,
     depth: f64,
-) -> Result<Simulated, Missing> {
+) -> Result<SimulatedForce, Missing> {
     let at = |value: &dyn Fn(&CaseSummary) -> Option<f64>| {
         interpolate(results, slice, [across, depth], value)
     };
@@ -236,7 +248,7 @@ pub fn tool_force(
     let end = |index: usize| at(&|summary| Some(summary.scatter.as_ref()?.band()[index])).ok();
     let [x, y] = [(&slice.x, across), (&slice.y, depth)]
         .map(|(side, at)| weights(side, at).map_or(0, |around| around[0].0));
-    Ok(Simulated {
+    Ok(SimulatedForce {
         force_n,
         uncertainty_n: force_n.abs() * relative_uncertainty(&study.settings(slice.case(x, y))),
         band_n: end(0).zip(end(1)).map(|(lower, upper)| [lower, upper]),
@@ -308,7 +320,7 @@ fn signed(difference: f64) -> String {
 
 /// Returns the deviations as a table for people, with prose in lines of at most `width` columns.
 #[must_use]
-pub fn comparison_table(comparisons: &[Comparison], width: usize) -> String {
+pub fn comparison_table(comparisons: &[ForceComparison], width: usize) -> String {
     let mut text = String::new();
     for comparison in comparisons.iter().take(MAX_PRINTED.0) {
         let condition = match comparison.condition.as_str() {
@@ -370,7 +382,7 @@ pub fn comparison_table(comparisons: &[Comparison], width: usize) -> String {
             ));
         }
         let verdict = match comparison.deviation() {
-            Some(Deviation {
+            Some(ForceDeviation {
                 count,
                 bias_n,
                 rmse_n,
@@ -404,7 +416,7 @@ pub fn comparison_table(comparisons: &[Comparison], width: usize) -> String {
 
 /// Returns a point as a row of the table: speed, depth, measured and simulated force, difference,
 /// and `yes` for a force within the standard deviation.
-fn row_of_point(point: &Point) -> [String; 6] {
+fn row_of_point(point: &ComparedPoint) -> [String; 6] {
     let Measurement {
         speed,
         penetration_depth_m,
@@ -415,7 +427,7 @@ fn row_of_point(point: &Point) -> [String; 6] {
     let pair = |value: f64, spread: f64| format!("{} ± {}", newtons(value, 1), newtons(spread, 1));
     let measured = std_n.map_or_else(|| newtons(force_n, 1), |std| pair(force_n, std));
     let simulated = match point.simulated {
-        Ok(Simulated {
+        Ok(SimulatedForce {
             force_n,
             band_n: Some([lower, upper]),
             ..
@@ -428,12 +440,12 @@ fn row_of_point(point: &Point) -> [String; 6] {
                 newtons(upper, decimals)
             )
         }
-        Ok(Simulated {
+        Ok(SimulatedForce {
             force_n,
             uncertainty_n: 0.0,
             band_n: None,
         }) => newtons(force_n, 1),
-        Ok(Simulated {
+        Ok(SimulatedForce {
             force_n,
             uncertainty_n,
             band_n: None,
@@ -455,12 +467,12 @@ fn row_of_point(point: &Point) -> [String; 6] {
 }
 
 /// Writes `measured_comparison.csv`: a heading, then one row per point.
-pub fn write_comparison(out: impl Write, comparisons: &[Comparison]) -> io::Result<()> {
+pub fn write_comparison(out: impl Write, comparisons: &[ForceComparison]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
     let further = comparisons
         .first()
         .map_or(&[][..], |comparison| &comparison.fixed);
-    let bands = if comparisons.iter().any(Comparison::has_bands) {
+    let bands = if comparisons.iter().any(ForceComparison::has_bands) {
         &["simulated_lower_95_n", "simulated_upper_95_n"][..]
     } else {
         &[]
@@ -673,7 +685,7 @@ mod tests {
         let comparisons = compare(&study, &results(&study, None), &unsure);
         assert_eq!(
             comparisons[0].deviation(),
-            Some(Deviation {
+            Some(ForceDeviation {
                 within: None,
                 ..deviation
             })

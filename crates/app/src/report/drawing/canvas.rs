@@ -11,7 +11,7 @@ use super::typeset::typeset;
 pub(super) const FINE: i32 = 10;
 
 /// A point on a canvas: coordinates to the right of and below the upper left corner.
-pub type Point = (i32, i32);
+pub type CanvasPoint = (i32, i32);
 
 /// Converts pixels to coordinates.
 pub const fn fine(pixels: i32) -> i32 {
@@ -26,30 +26,30 @@ pub struct Canvas {
     /// Size on paper, and font.
     format: Format,
     /// Shapes in drawing order: the last one is on top.
-    shapes: Vec<Shape>,
+    shapes: Vec<CanvasShape>,
 }
 
 /// A part of a figure.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Shape {
+pub(super) enum CanvasShape {
     /// From the upper left to the lower right corner.
     Rectangle {
-        corners: [Point; 2],
+        corners: [CanvasPoint; 2],
         fill: Color,
     },
     Polygon {
-        points: Vec<Point>,
+        points: Vec<CanvasPoint>,
         fill: Color,
         opacity: f64,
     },
     Line {
-        points: Vec<Point>,
+        points: Vec<CanvasPoint>,
         stroke: Stroke,
     },
     Text {
         text: String,
         style: TextStyle,
-        at: Point,
+        at: CanvasPoint,
     },
 }
 
@@ -80,7 +80,7 @@ pub(super) enum Anchor {
 
 /// Part of a text that is level with its point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Level {
+pub(super) enum VerticalAlignment {
     Top,
     Middle,
 }
@@ -92,7 +92,7 @@ pub struct TextStyle {
     pub(super) size: i32,
     pub(super) color: Color,
     pub(super) anchor: Anchor,
-    pub(super) level: Level,
+    pub(super) level: VerticalAlignment,
     /// `true` if the text reads upwards.
     pub(super) upwards: bool,
 }
@@ -104,7 +104,7 @@ pub const fn text(size: i32, color: Color) -> TextStyle {
         size: fine(size),
         color,
         anchor: Anchor::Start,
-        level: Level::Top,
+        level: VerticalAlignment::Top,
         upwards: false,
     }
 }
@@ -114,7 +114,7 @@ impl TextStyle {
     pub const fn centred(self) -> Self {
         Self {
             anchor: Anchor::Middle,
-            level: Level::Middle,
+            level: VerticalAlignment::Middle,
             ..self
         }
     }
@@ -123,7 +123,7 @@ impl TextStyle {
     pub const fn right(self) -> Self {
         Self {
             anchor: Anchor::Start,
-            level: Level::Middle,
+            level: VerticalAlignment::Middle,
             ..self
         }
     }
@@ -132,7 +132,7 @@ impl TextStyle {
     pub const fn left(self) -> Self {
         Self {
             anchor: Anchor::End,
-            level: Level::Middle,
+            level: VerticalAlignment::Middle,
             ..self
         }
     }
@@ -141,7 +141,7 @@ impl TextStyle {
     pub const fn below(self) -> Self {
         Self {
             anchor: Anchor::Middle,
-            level: Level::Top,
+            level: VerticalAlignment::Top,
             ..self
         }
     }
@@ -178,24 +178,24 @@ impl Canvas {
     }
 
     /// Returns the shapes, from the lowest to the highest.
-    pub(super) fn shapes(&self) -> &[Shape] {
+    pub(super) fn shapes(&self) -> &[CanvasShape] {
         &self.shapes
     }
 
     /// Fills the rectangle between two opposite corners.
-    pub fn rectangle(&mut self, [(x, y), (to_x, to_y)]: [Point; 2], fill: Color) {
+    pub fn rectangle(&mut self, [(x, y), (to_x, to_y)]: [CanvasPoint; 2], fill: Color) {
         let corners = [(x.min(to_x), y.min(to_y)), (x.max(to_x), y.max(to_y))];
-        self.shapes.push(Shape::Rectangle { corners, fill });
+        self.shapes.push(CanvasShape::Rectangle { corners, fill });
     }
 
     /// Fills a polygon.
-    pub fn polygon(&mut self, points: impl Into<Vec<Point>>, fill: Color) {
+    pub fn polygon(&mut self, points: impl Into<Vec<CanvasPoint>>, fill: Color) {
         self.area(points, fill, 1.0);
     }
 
     /// Fills a polygon with an opacity from 0 to 1.
-    pub fn area(&mut self, points: impl Into<Vec<Point>>, fill: Color, opacity: f64) {
-        self.shapes.push(Shape::Polygon {
+    pub fn area(&mut self, points: impl Into<Vec<CanvasPoint>>, fill: Color, opacity: f64) {
+        self.shapes.push(CanvasShape::Polygon {
             points: points.into(),
             fill,
             opacity,
@@ -203,20 +203,20 @@ impl Canvas {
     }
 
     /// Draws straight lines through points.
-    pub fn line(&mut self, points: impl Into<Vec<Point>>, stroke: Stroke) {
-        self.shapes.push(Shape::Line {
+    pub fn line(&mut self, points: impl Into<Vec<CanvasPoint>>, stroke: Stroke) {
+        self.shapes.push(CanvasShape::Line {
             points: points.into(),
             stroke,
         });
     }
 
     /// Outlines the rectangle between two opposite corners.
-    pub fn frame(&mut self, [(x, y), (to_x, to_y)]: [Point; 2], stroke: Stroke) {
+    pub fn frame(&mut self, [(x, y), (to_x, to_y)]: [CanvasPoint; 2], stroke: Stroke) {
         self.line([(x, y), (to_x, y), (to_x, to_y), (x, to_y), (x, y)], stroke);
     }
 
     /// Draws a dashed line through points; lengths of dashes and gaps are in coordinates.
-    pub fn dashed(&mut self, points: &[Point], [dash, gap]: [i32; 2], stroke: Stroke) {
+    pub fn dashed(&mut self, points: &[CanvasPoint], [dash, gap]: [i32; 2], stroke: Stroke) {
         for dash in dashes(points, [dash, gap].map(|length| length as f32)) {
             self.line(dash, stroke);
         }
@@ -224,12 +224,12 @@ impl Canvas {
 
     /// Writes a text. Symbols such as `F_n,w` are typeset with subscripts, numbers with minus signs
     /// and powers of ten.
-    pub fn text(&mut self, text: &str, style: TextStyle, at: Point) {
+    pub fn text(&mut self, text: &str, style: TextStyle, at: CanvasPoint) {
         let style = TextStyle {
             size: fine(self.format.font_size(style.size / fine(1))),
             ..style
         };
-        self.shapes.push(Shape::Text {
+        self.shapes.push(CanvasShape::Text {
             text: typeset(text),
             style,
             at,
@@ -238,7 +238,7 @@ impl Canvas {
 }
 
 /// Cuts a line into dashes, which continue around corners.
-fn dashes(points: &[Point], [dash, gap]: [f32; 2]) -> Vec<Vec<Point>> {
+fn dashes(points: &[CanvasPoint], [dash, gap]: [f32; 2]) -> Vec<Vec<CanvasPoint>> {
     let rounded = |(x, y): (f32, f32)| (x.round() as i32, y.round() as i32);
     let mut dashes = Vec::new();
     let Some((&(x, y), rest)) = points.split_first() else {
@@ -304,7 +304,7 @@ mod tests {
         canvas.rectangle([(5, 0), (0, 7)], WHITE);
         assert_eq!(
             canvas.shapes[1],
-            Shape::Rectangle {
+            CanvasShape::Rectangle {
                 corners: [(0, 0), (5, 7)],
                 fill: WHITE
             }

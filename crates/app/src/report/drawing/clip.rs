@@ -1,7 +1,7 @@
 //! Cuts lines and polygons off at the edges of a frame.
 
-use super::diagram::Frame;
-use super::{Point, fine};
+use super::diagram::PixelRectangle;
+use super::{CanvasPoint, fine};
 
 /// Returns the point, from 0 to 1, at which the way between two points crosses an edge of the
 /// frame. Signed distances from the edge are positive inside.
@@ -15,20 +15,20 @@ fn between(from: [f64; 2], to: [f64; 2], part: f64) -> [f64; 2] {
 
 /// Returns the signed distances of a point (in pixels) from the four edges of a frame, positive
 /// inside.
-fn distances([x, y]: [f64; 2], frame: Frame) -> [f64; 4] {
+fn distances([x, y]: [f64; 2], frame: PixelRectangle) -> [f64; 4] {
     let [left, top, right, bottom] = frame.map(f64::from);
     [x - left, y - top, right - x, bottom - y]
 }
 
-fn on_canvas([x, y]: [f64; 2]) -> Point {
+fn on_canvas([x, y]: [f64; 2]) -> CanvasPoint {
     [x, y]
         .map(|pixels| (pixels * f64::from(fine(1))).round() as i32)
         .into()
 }
 
 /// Returns the parts within `frame` of a line through points in pixels.
-pub fn clip_line(points: &[[f64; 2]], frame: Frame) -> Vec<Vec<Point>> {
-    let mut parts: Vec<Vec<Point>> = Vec::new();
+pub fn clip_line(points: &[[f64; 2]], frame: PixelRectangle) -> Vec<Vec<CanvasPoint>> {
+    let mut parts: Vec<Vec<CanvasPoint>> = Vec::new();
     let mut goes_on = false;
     for pair in points.windows(2) {
         let (mut start, mut end) = (0.0_f64, 1.0_f64);
@@ -60,7 +60,7 @@ pub fn clip_line(points: &[[f64; 2]], frame: Frame) -> Vec<Vec<Point>> {
 
 /// Returns the part within `frame` of a polygon with corners in pixels (Sutherland and Hodgman
 /// 1974); empty if it lies outside.
-pub fn clip_polygon(corners: &[[f64; 2]], frame: Frame) -> Vec<Point> {
+pub fn clip_polygon(corners: &[[f64; 2]], frame: PixelRectangle) -> Vec<CanvasPoint> {
     let mut corners = corners.to_vec();
     for edge in 0..4 {
         let distance = |corner: [f64; 2]| distances(corner, frame)[edge];
@@ -84,7 +84,7 @@ pub fn clip_polygon(corners: &[[f64; 2]], frame: Frame) -> Vec<Point> {
 mod tests {
     use super::*;
 
-    const FRAME: Frame = [0, 0, 10, 10];
+    const FRAME: PixelRectangle = [0, 0, 10, 10];
 
     #[test]
     fn lines_end_at_the_frame() {

@@ -6,8 +6,8 @@
 use super::format::Format;
 use super::heading::Heading;
 use super::pens::{pen, reference_pen};
-use super::scale::{Axis, Scale, Zero, coordinate};
-use super::{Canvas, FAINT, GRID, INK, Pen, Point, WHITE, axis, fine, stroke, text, width};
+use super::scale::{Axis, AxisScale, Zero, coordinate};
+use super::{Canvas, CanvasPoint, FAINT, GRID, INK, Pen, WHITE, axis, fine, stroke, text, width};
 use bristle_study::text::number::significant;
 
 /// Width of a figure and height of its diagram in pixels. A figure with its legend to the right of
@@ -134,7 +134,7 @@ struct Styled<'a> {
 }
 
 impl Styled<'_> {
-    fn draw(&self, canvas: &mut Canvas, points: &[Point], marked: &[Point]) {
+    fn draw(&self, canvas: &mut Canvas, points: &[CanvasPoint], marked: &[CanvasPoint]) {
         match self.curve.look {
             Look::Reference | Look::Line => self.pen.line(canvas, points),
             Look::Markers | Look::Filled => {
@@ -145,7 +145,7 @@ impl Styled<'_> {
                 self.pen.line(canvas, points);
                 // Markers thinned out, so that dashes stay visible between them.
                 let every = marked.len().div_ceil(MAX_MARKERS).max(1);
-                let marked: Vec<Point> = marked.iter().copied().step_by(every).collect();
+                let marked: Vec<CanvasPoint> = marked.iter().copied().step_by(every).collect();
                 self.pen.markers(canvas, &marked, false);
             }
             Look::Band | Look::Stripe => canvas.area(points, self.pen.color, BAND_OPACITY),
@@ -202,14 +202,14 @@ fn styled(curves: &[Curve]) -> Vec<Styled<'_>> {
 }
 
 /// A rectangle: left, top, right and bottom, in pixels.
-pub type Frame = [i32; 4];
+pub type PixelRectangle = [i32; 4];
 
 /// Returns the points of a curve in coordinates of the canvas, split at points that cannot be
 /// shown.
 fn places(
     curve: &Curve,
-    [x, y]: [&Scale; 2],
-    [left, top, right, bottom]: Frame,
+    [x, y]: [&AxisScale; 2],
+    [left, top, right, bottom]: PixelRectangle,
 ) -> Vec<Vec<(i32, i32)>> {
     let place = |&(across, up): &(f64, f64)| {
         let (across, up) = (coordinate(&x.axis, across)?, coordinate(&y.axis, up)?);
@@ -252,7 +252,11 @@ fn places(
 }
 
 /// Returns the distance between a rectangle (in pixels) and a curve, in coordinates of the canvas.
-fn distance([left, top, right, bottom]: Frame, look: Look, parts: &[Vec<(i32, i32)>]) -> i32 {
+fn distance(
+    [left, top, right, bottom]: PixelRectangle,
+    look: Look,
+    parts: &[Vec<(i32, i32)>],
+) -> i32 {
     let beside = |at: i32, low: i32, high: i32| (fine(low) - at).max(at - fine(high)).max(0);
     let from = |(x, y): (i32, i32)| beside(x, left, right).max(beside(y, top, bottom));
     let points = parts.iter().flatten().map(|&at| from(at));
@@ -339,8 +343,8 @@ impl Diagram {
         let shown = self.curves.iter().flat_map(|curve| &curve.points);
         let shown =
             shown.filter_map(|&(x, y)| coordinate(&self.y, y).and_then(|_| coordinate(&self.x, x)));
-        let x = Scale::new(self.x.clone(), shown);
-        let y = Scale::new(self.y.clone(), self.heights().into_iter());
+        let x = AxisScale::new(self.x.clone(), shown);
+        let y = AxisScale::new(self.y.clone(), self.heights().into_iter());
         let curves = styled(&self.curves);
         let mut entries: Vec<&Styled> = Vec::new();
         for styled in curves.iter().filter(|styled| !styled.curve.name.is_empty()) {
@@ -409,9 +413,9 @@ impl Diagram {
             let is_bars = styled.curve.look == Look::Bars;
             // Bars that are cut have no caps.
             let is_marked =
-                |(_, y): &Point| !is_bars || (fine(frame[1]) < *y && *y < fine(frame[3]));
+                |(_, y): &CanvasPoint| !is_bars || (fine(frame[1]) < *y && *y < fine(frame[3]));
             for points in places(styled.curve, [&x, &y], frame) {
-                let marked: Vec<Point> = points.iter().copied().filter(is_marked).collect();
+                let marked: Vec<CanvasPoint> = points.iter().copied().filter(is_marked).collect();
                 styled.draw(&mut canvas, &points, &marked);
             }
             if is_bars {
@@ -447,8 +451,8 @@ impl Diagram {
 fn draw_cuts(
     canvas: &mut Canvas,
     Styled { curve, pen }: &Styled<'_>,
-    [x, y]: [&Scale; 2],
-    [left, top, right, bottom]: Frame,
+    [x, y]: [&AxisScale; 2],
+    [left, top, right, bottom]: PixelRectangle,
 ) {
     for &(across, up) in &curve.points {
         let (Some(at), Some(height)) = (coordinate(&x.axis, across), coordinate(&y.axis, up))
@@ -486,7 +490,7 @@ fn draw_cuts(
 /// Place of the legend of a figure.
 struct Legend {
     /// Frame of the diagram beside the legend, in pixels.
-    frame: Frame,
+    frame: PixelRectangle,
     /// Upper left corner of the legend in pixels.
     place: (i32, i32),
     /// Number of rows; further entries follow to the right.
@@ -496,7 +500,7 @@ struct Legend {
 }
 
 /// Returns the room for the labels of the vertical axis, in pixels.
-pub fn left_of(format: &Format, y: &Scale) -> i32 {
+pub fn left_of(format: &Format, y: &AxisScale) -> i32 {
     let labels = y
         .ticks
         .iter()
@@ -510,8 +514,8 @@ pub fn left_of(format: &Format, y: &Scale) -> i32 {
 /// if it would cover one.
 fn free_corner(
     curves: &[Styled<'_>],
-    scales: [&Scale; 2],
-    frame: Frame,
+    scales: [&AxisScale; 2],
+    frame: PixelRectangle,
     (wide, high): (i32, i32),
 ) -> Option<(i32, i32)> {
     let covered: Vec<_> = curves
@@ -543,7 +547,11 @@ fn free_corner(
 }
 
 /// Draws grid, frame, ticks and names.
-pub fn draw_axes(canvas: &mut Canvas, [x, y]: [&Scale; 2], [left, top, right, bottom]: Frame) {
+pub fn draw_axes(
+    canvas: &mut Canvas,
+    [x, y]: [&AxisScale; 2],
+    [left, top, right, bottom]: PixelRectangle,
+) {
     for (at, _) in &x.ticks {
         let at = x.place(*at, left, right);
         canvas.line([(at, fine(top)), (at, fine(bottom))], stroke(GRID, 8));
@@ -657,11 +665,11 @@ mod tests {
             vec![(1.0, 1.0), (2.0, 2.0), (3.0, f64::NAN), (4.0, 4.0)],
         );
         let axis = Axis::linear("");
-        let scale = Scale::new(axis, [1.0, 4.0].into_iter());
+        let scale = AxisScale::new(axis, [1.0, 4.0].into_iter());
         let parts = places(&curve, [&scale, &scale], [0, 0, 300, 300]);
         assert_eq!(parts.iter().map(Vec::len).collect::<Vec<_>>(), [2, 1]);
         let zero = Curve::new("", Look::Line, vec![(1.0, 1.0), (2.0, 0.0), (4.0, 4.0)]);
-        let scale = Scale::new(Axis::logarithmic(""), [0.0, 0.6].into_iter());
+        let scale = AxisScale::new(Axis::logarithmic(""), [0.0, 0.6].into_iter());
         assert_eq!(places(&zero, [&scale, &scale], [0, 0, 300, 300]).len(), 2);
     }
 
@@ -705,7 +713,7 @@ mod tests {
             Look::Line,
             vec![(0.0, 0.0), (0.6, 0.1), (1.0, 1.0)],
         )];
-        let scale = Scale::new(Axis::linear(""), [0.0, 1.0].into_iter());
+        let scale = AxisScale::new(Axis::linear(""), [0.0, 1.0].into_iter());
         let frame = [0, 0, 600, 300];
         let corner = free_corner(&styled(&rising), [&scale, &scale], frame, (100, 50));
         assert_eq!(corner, Some((2, 2)), "top left");

@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 use tiny_skia::PathBuilder;
 use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
-use super::symbols::{Run, runs};
+use super::symbols::{TextRun, runs};
 
 /// Liberation Sans 2.1.5, under the SIL Open Font License (`assets/fonts/OFL.txt`).
 pub(super) const FILE: &[u8] = include_bytes!("../../../assets/fonts/LiberationSans-Regular.ttf");
@@ -47,7 +47,7 @@ fn kerning(left: GlyphId, right: GlyphId) -> i16 {
 
 /// Returns the glyphs of a run with their distances from its start, and the length of the run, in
 /// font units.
-pub(super) fn set(run: &Run<'_>) -> (Vec<(GlyphId, i32)>, i32) {
+pub(super) fn set(run: &TextRun<'_>) -> (Vec<(GlyphId, i32)>, i32) {
     let mut glyphs: Vec<(GlyphId, i32)> = Vec::with_capacity(run.text.len());
     let mut length = 0;
     for glyph in run.text.chars().map(glyph) {
@@ -61,7 +61,7 @@ pub(super) fn set(run: &Run<'_>) -> (Vec<(GlyphId, i32)>, i32) {
 }
 
 /// Returns coordinates per font unit, for a run of a text with the font size `size`.
-fn scale(run: &Run<'_>, size: i32) -> f32 {
+fn scale(run: &TextRun<'_>, size: i32) -> f32 {
     run.size(size) as f32 / f32::from(FONT.units_per_em())
 }
 
@@ -80,7 +80,7 @@ pub(super) fn outline(path: &mut PathBuilder, text: &str, size: i32, (mut x, y):
         let (scale, baseline) = (scale(&run, size), y + run.drop(size) as f32);
         let (glyphs, length) = set(&run);
         for (glyph, from) in glyphs {
-            let mut outline = Outline {
+            let mut outline = GlyphOutline {
                 path,
                 scale,
                 origin: (x + from as f32 * scale, baseline),
@@ -93,13 +93,13 @@ pub(super) fn outline(path: &mut PathBuilder, text: &str, size: i32, (mut x, y):
 }
 
 /// Scales and moves the outline of a glyph.
-struct Outline<'a> {
+struct GlyphOutline<'a> {
     path: &'a mut PathBuilder,
     scale: f32,
     origin: (f32, f32),
 }
 
-impl Outline<'_> {
+impl GlyphOutline<'_> {
     fn place(&self, x: f32, y: f32) -> (f32, f32) {
         (
             self.origin.0 + x * self.scale,
@@ -108,7 +108,7 @@ impl Outline<'_> {
     }
 }
 
-impl OutlineBuilder for Outline<'_> {
+impl OutlineBuilder for GlyphOutline<'_> {
     fn move_to(&mut self, x: f32, y: f32) {
         let (x, y) = self.place(x, y);
         self.path.move_to(x, y);

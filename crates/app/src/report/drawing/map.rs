@@ -2,13 +2,13 @@
 //!
 //! The colours are those of viridis. Their brightness rises evenly, so a map can be read in grey.
 
-use super::diagram::Frame;
+use super::diagram::PixelRectangle;
 use super::format::Format;
 use super::heading::Heading;
-use super::scale::{Axis, Scale, coordinate};
+use super::scale::{Axis, AxisScale, coordinate};
 use super::{
-    Canvas, Color, FAINT, INK, Point, VERMILION, WHITE, axis, fine, stroke, text, typeset, viridis,
-    width,
+    Canvas, CanvasPoint, Color, FAINT, INK, VERMILION, WHITE, axis, fine, stroke, text, typeset,
+    viridis, width,
 };
 use bristle_study::text::number::{significant, spanning};
 use std::collections::BTreeMap;
@@ -98,10 +98,10 @@ impl CellAxis {
 /// ends on a side of the rectangle of the outermost middles, going outwards. None also if the
 /// extension would go along the frame.
 fn on_to_the_frame(
-    [before, end]: [Point; 2],
+    [before, end]: [CanvasPoint; 2],
     [left, top, right, bottom]: [i32; 4],
-    frame: Frame,
-) -> Option<Point> {
+    frame: PixelRectangle,
+) -> Option<CanvasPoint> {
     let (across, down) = (end.0 - before.0, end.1 - before.1);
     let [low_x, low_y, high_x, high_y] = frame.map(fine);
     let is_outwards = (end.0 == left && across < 0)
@@ -176,7 +176,7 @@ fn number(value: f64, colours: &Axis) -> String {
 
 /// Returns the part of the colours that lies below a value. A value that the axis cannot show is at
 /// an end.
-fn part(scale: &Scale, value: f64) -> f64 {
+fn part(scale: &AxisScale, value: f64) -> f64 {
     coordinate(&scale.axis, value).map_or(if value > 0.0 { 1.0 } else { 0.0 }, |at| scale.part(at))
 }
 
@@ -185,29 +185,29 @@ struct Number {
     text: String,
     /// The part of the colours that lies below its value.
     part: f64,
-    middle: Point,
+    middle: CanvasPoint,
     /// Half its width and height, and half those of its cell.
-    half: Point,
-    cell: Point,
+    half: CanvasPoint,
+    cell: CanvasPoint,
 }
 
 impl Number {
     /// Moves the number away from the points of a line, within its cell, where there is room.
-    fn avoid(&mut self, line: &[Point]) {
+    fn avoid(&mut self, line: &[CanvasPoint]) {
         let (wide, high) = (
             self.cell.0 - self.half.0 - fine(2),
             self.cell.1 - self.half.1 - fine(2),
         );
         let (x, y) = self.middle;
-        let near: Vec<Point> = line
+        let near: Vec<CanvasPoint> = line
             .iter()
             .copied()
             .filter(|point| {
                 (point.0 - x).abs() <= self.cell.0 && (point.1 - y).abs() <= self.cell.1
             })
             .collect();
-        let free = |&(across, down): &Point| {
-            let gap = |&(at_x, at_y): &Point| {
+        let free = |&(across, down): &CanvasPoint| {
+            let gap = |&(at_x, at_y): &CanvasPoint| {
                 ((at_x - across).abs() - self.half.0).max((at_y - down).abs() - self.half.1)
             };
             near.iter()
@@ -238,7 +238,7 @@ impl Number {
 }
 
 /// Returns points of a line that are at most a pixel apart.
-fn sampled(line: &[Point]) -> impl Iterator<Item = Point> {
+fn sampled(line: &[CanvasPoint]) -> impl Iterator<Item = CanvasPoint> {
     line.windows(2).flat_map(|ends| {
         let [(x, y), (to_x, to_y)] = [ends[0], ends[1]];
         let steps = ((to_x - x).abs().max((to_y - y).abs()) / fine(1)).max(1);
@@ -247,8 +247,8 @@ fn sampled(line: &[Point]) -> impl Iterator<Item = Point> {
 }
 
 /// Joins pieces with common ends to lines.
-fn joined(pieces: &[[Point; 2]]) -> Vec<Vec<Point>> {
-    let mut at: BTreeMap<Point, Vec<usize>> = BTreeMap::new();
+fn joined(pieces: &[[CanvasPoint; 2]]) -> Vec<Vec<CanvasPoint>> {
+    let mut at: BTreeMap<CanvasPoint, Vec<usize>> = BTreeMap::new();
     for (index, piece) in pieces.iter().enumerate() {
         piece
             .iter()
@@ -279,7 +279,7 @@ fn joined(pieces: &[[Point; 2]]) -> Vec<Vec<Point>> {
 }
 
 /// Value of a cell, and its upper left and lower right corner on the canvas.
-type Cell = (Option<f64>, [Point; 2]);
+type MapCell = (Option<f64>, [CanvasPoint; 2]);
 
 impl Map {
     /// Draws the map.
@@ -290,7 +290,7 @@ impl Map {
             .chain(known)
             .filter_map(|value| coordinate(&self.colours, value))
             .collect();
-        let scale = Scale::exact(self.colours.clone(), shown.iter().copied());
+        let scale = AxisScale::exact(self.colours.clone(), shown.iter().copied());
         let size = format.font_size(11);
         let labels = self
             .y
@@ -317,11 +317,11 @@ impl Map {
             .windows(2)
             .flat_map(|y| xs.windows(2).map(move |x| [x, y]));
         let corners = places.map(|[x, y]| [(across(x[0]), up(y[1])), (across(x[1]), up(y[0]))]);
-        let cells: Vec<Cell> = self.values.iter().copied().zip(corners).collect();
+        let cells: Vec<MapCell> = self.values.iter().copied().zip(corners).collect();
         self.draw_cells(&mut canvas, &cells, frame, &scale);
         let mut numbers = self.numbers(format, &scale, &cells);
         let lines = self.lines(frame, &across, &up);
-        let points: Vec<Point> = lines.iter().flat_map(|line| sampled(line)).collect();
+        let points: Vec<CanvasPoint> = lines.iter().flat_map(|line| sampled(line)).collect();
         numbers.iter_mut().for_each(|number| number.avoid(&points));
         // In ink on white, so that it shows on every colour.
         for (color, tenths) in LINE {
@@ -360,9 +360,9 @@ impl Map {
     fn draw_cells(
         &self,
         canvas: &mut Canvas,
-        cells: &[Cell],
-        [_, top, right, _]: Frame,
-        scale: &Scale,
+        cells: &[MapCell],
+        [_, top, right, _]: PixelRectangle,
+        scale: &AxisScale,
     ) {
         for &(value, corners) in cells {
             let [(low_x, high_y), (high_x, low_y)] = corners;
@@ -411,7 +411,7 @@ impl Map {
     }
 
     /// Returns the numbers of all cells if all of them fit, otherwise none.
-    fn numbers(&self, format: &Format, scale: &Scale, cells: &[Cell]) -> Vec<Number> {
+    fn numbers(&self, format: &Format, scale: &AxisScale, cells: &[MapCell]) -> Vec<Number> {
         let size = format.font_size(NUMBER);
         let (mut numbers, mut largest) = (Vec::new(), 0.0_f64);
         for &(value, [(left, top), (right, bottom)]) in cells {
@@ -471,10 +471,10 @@ impl Map {
     /// cells continues straight to the `frame`.
     fn lines(
         &self,
-        frame: Frame,
+        frame: PixelRectangle,
         across: &impl Fn(f64) -> i32,
         up: &impl Fn(f64) -> i32,
-    ) -> Vec<Vec<Point>> {
+    ) -> Vec<Vec<CanvasPoint>> {
         let middles =
             [&self.x.values, &self.y.values].map(|values| [values[0], values[values.len() - 1]]);
         let [(left, right), (bottom, top)] =
@@ -495,7 +495,12 @@ impl Map {
         lines
     }
 
-    fn draw_bar(&self, canvas: &mut Canvas, [_, top, right, bottom]: Frame, scale: &Scale) {
+    fn draw_bar(
+        &self,
+        canvas: &mut Canvas,
+        [_, top, right, bottom]: PixelRectangle,
+        scale: &AxisScale,
+    ) {
         let (start, end) = (right + BAR.0, right + BAR.0 + BAR.1);
         let at = |part: f64| fine(bottom) - (part * f64::from(fine(bottom - top))).round() as i32;
         for shade in 0..SHADES {
@@ -689,7 +694,7 @@ mod tests {
             half: (fine(5), fine(4)),
             cell: (fine(20), fine(14)),
         };
-        let moved = |line: &[Point]| {
+        let moved = |line: &[CanvasPoint]| {
             let mut number = number();
             number.avoid(&sampled(line).collect::<Vec<_>>());
             number.middle
@@ -731,7 +736,7 @@ mod tests {
             "{ends:?}"
         );
         // Beyond a corner too, but not far along a side.
-        let beyond = |before: Point, end: Point| {
+        let beyond = |before: CanvasPoint, end: CanvasPoint| {
             on_to_the_frame([before, end], [100, 100, 300, 300], [0, 0, 40, 40])
         };
         assert_eq!(beyond((150, 200), (100, 280)), Some((25, 400)));

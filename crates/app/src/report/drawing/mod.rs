@@ -23,7 +23,7 @@ mod typeset;
 use std::f64::consts::TAU;
 
 pub use canvas::Canvas;
-pub(crate) use canvas::{Point, fine, stroke, text};
+pub(crate) use canvas::{CanvasPoint, fine, stroke, text};
 pub(crate) use color::{BLUE, Color, FAINT, GREY, GRID, INK, VERMILION, WHITE, viridis};
 pub(crate) use typeset::{power_of_ten, typeset};
 
@@ -31,7 +31,7 @@ use symbols::runs;
 
 /// Returns the estimated width of a text in pixels. An SVG viewer may use another font.
 pub(crate) fn width(text: &str, size: i32) -> i32 {
-    let characters = |run: &symbols::Run<'_>| run.text.chars().count() as i32;
+    let characters = |run: &symbols::TextRun<'_>| run.text.chars().count() as i32;
     runs(&typeset(text))
         .iter()
         .map(|run| characters(run) * run.size(size * 55) / 100)
@@ -64,7 +64,7 @@ pub(crate) fn axis(
     (name, place): (&str, (i32, i32)),
     ticks: &[(f64, String)],
     vertical: bool,
-    at: impl Fn(f64) -> Point,
+    at: impl Fn(f64) -> CanvasPoint,
 ) {
     for (value, label) in ticks {
         let (x, y) = at(*value);
@@ -117,7 +117,7 @@ pub(crate) struct Pen {
 
 impl Pen {
     /// Draws a line through points.
-    pub fn line(&self, canvas: &mut Canvas, points: &[Point]) {
+    pub fn line(&self, canvas: &mut Canvas, points: &[CanvasPoint]) {
         let (dash, gap) = self.dash;
         let style = stroke(self.color, self.tenths);
         if gap == 0 {
@@ -129,7 +129,7 @@ impl Pen {
 
     /// Draws markers at points. White filling hides the line below them, filling in their colour
     /// makes them prominent.
-    pub fn markers(&self, canvas: &mut Canvas, points: &[Point], filled: bool) {
+    pub fn markers(&self, canvas: &mut Canvas, points: &[CanvasPoint], filled: bool) {
         let (fill, rim) = if filled {
             (self.color, WHITE)
         } else {
@@ -150,7 +150,7 @@ impl Pen {
                 )
             };
             // One corner more than the first again, so that the outline is closed there.
-            let outline: Vec<Point> = (0..=corners + 1).map(corner).collect();
+            let outline: Vec<CanvasPoint> = (0..=corners + 1).map(corner).collect();
             canvas.polygon(&outline[..=corners as usize], fill);
             canvas.line(outline, stroke(rim, self.tenths));
         }

@@ -8,7 +8,7 @@ use pdf_writer::types::{CidFontType, FontFlags, LineCapStyle, SystemInfo, Unicod
 use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str};
 use subsetter::{GlyphRemapper, subset};
 
-use super::canvas::{Canvas, FINE, Point, Shape, TextStyle};
+use super::canvas::{Canvas, CanvasPoint, CanvasShape, FINE, TextStyle};
 use super::color::Color;
 use super::font;
 use super::raster::start;
@@ -106,13 +106,18 @@ fn components(Color(red, green, blue): Color) -> [f32; 3] {
 }
 
 /// Writes a shape.
-fn draw(content: &mut Content, shape: &Shape, glyphs: &mut Glyphs, opacities: &mut BTreeSet<u32>) {
+fn draw(
+    content: &mut Content,
+    shape: &CanvasShape,
+    glyphs: &mut Glyphs,
+    opacities: &mut BTreeSet<u32>,
+) {
     let fill = |content: &mut Content, color: Color| {
         let [red, green, blue] = components(color);
         content.set_fill_rgb(red, green, blue);
     };
     match shape {
-        Shape::Rectangle {
+        CanvasShape::Rectangle {
             corners: [(left, top), (right, bottom)],
             fill: color,
         } => {
@@ -121,7 +126,7 @@ fn draw(content: &mut Content, shape: &Shape, glyphs: &mut Glyphs, opacities: &m
                 [*left, *top, right - left, bottom - top].map(|length| length as f32);
             content.rect(x, y, wide, high).fill_nonzero();
         }
-        Shape::Polygon {
+        CanvasShape::Polygon {
             points,
             fill: color,
             opacity,
@@ -140,7 +145,7 @@ fn draw(content: &mut Content, shape: &Shape, glyphs: &mut Glyphs, opacities: &m
                 content.restore_state();
             }
         }
-        Shape::Line { points, stroke } => {
+        CanvasShape::Line { points, stroke } => {
             let [red, green, blue] = components(stroke.color);
             content
                 .set_stroke_rgb(red, green, blue)
@@ -148,14 +153,14 @@ fn draw(content: &mut Content, shape: &Shape, glyphs: &mut Glyphs, opacities: &m
             go_through(content, points);
             content.stroke();
         }
-        Shape::Text { text, style, at } => {
+        CanvasShape::Text { text, style, at } => {
             fill(content, style.color);
             write_text(content, text, style, *at, glyphs);
         }
     }
 }
 
-fn go_through(content: &mut Content, points: &[Point]) {
+fn go_through(content: &mut Content, points: &[CanvasPoint]) {
     for (index, &(x, y)) in points.iter().enumerate() {
         let (x, y) = (x as f32, y as f32);
         if index == 0 {
@@ -170,7 +175,7 @@ fn write_text(
     content: &mut Content,
     text: &str,
     style: &TextStyle,
-    at: Point,
+    at: CanvasPoint,
     glyphs: &mut Glyphs,
 ) {
     let (x, baseline) = start(text, style, at);

@@ -3,7 +3,7 @@
 use png::{BitDepth, ColorType, Compression, Encoder, Filter, Info, PixelDimensions, Unit};
 use tiny_skia::{FillRule, LineCap, Paint, Path, PathBuilder, Pixmap, Rect, Transform};
 
-use super::canvas::{Anchor, Canvas, FINE, Level, Point, Shape, TextStyle};
+use super::canvas::{Anchor, Canvas, CanvasPoint, CanvasShape, FINE, TextStyle, VerticalAlignment};
 use super::color::Color;
 use super::font;
 
@@ -65,7 +65,7 @@ fn paint(Color(red, green, blue): Color, opacity: f64) -> Paint<'static> {
 }
 
 /// Draws a shape; `scale` converts its coordinates to pixels of the bitmap.
-fn draw(pixels: &mut Pixmap, shape: &Shape, scale: Transform) {
+fn draw(pixels: &mut Pixmap, shape: &CanvasShape, scale: Transform) {
     let mut fill = |path: Option<Path>, paint: &Paint<'_>, transform| {
         // For example, a text of spaces has no path.
         if let Some(path) = path {
@@ -73,7 +73,7 @@ fn draw(pixels: &mut Pixmap, shape: &Shape, scale: Transform) {
         }
     };
     match shape {
-        Shape::Rectangle {
+        CanvasShape::Rectangle {
             corners: [(left, top), (right, bottom)],
             fill: color,
         } => {
@@ -86,12 +86,12 @@ fn draw(pixels: &mut Pixmap, shape: &Shape, scale: Transform) {
                 pixels.fill_rect(area, &paint(*color, 1.0), Transform::identity(), None);
             }
         }
-        Shape::Polygon {
+        CanvasShape::Polygon {
             points,
             fill: color,
             opacity,
         } => fill(polyline(points, true), &paint(*color, *opacity), scale),
-        Shape::Line { points, stroke } => {
+        CanvasShape::Line { points, stroke } => {
             let look = tiny_skia::Stroke {
                 width: stroke.width as f32,
                 line_cap: LineCap::Butt,
@@ -101,7 +101,7 @@ fn draw(pixels: &mut Pixmap, shape: &Shape, scale: Transform) {
                 pixels.stroke_path(&path, &paint(stroke.color, 1.0), &look, scale, None);
             }
         }
-        Shape::Text { text, style, at } => {
+        CanvasShape::Text { text, style, at } => {
             let (path, turn) = outline(text, style, *at);
             fill(path, &paint(style.color, 1.0), scale.pre_concat(turn));
         }
@@ -109,7 +109,7 @@ fn draw(pixels: &mut Pixmap, shape: &Shape, scale: Transform) {
 }
 
 /// Returns a path of straight lines through points.
-fn polyline(points: &[Point], closed: bool) -> Option<Path> {
+fn polyline(points: &[CanvasPoint], closed: bool) -> Option<Path> {
     let mut path = PathBuilder::new();
     for (index, &(x, y)) in points.iter().enumerate() {
         let (x, y) = (x as f32, y as f32);
@@ -126,7 +126,7 @@ fn polyline(points: &[Point], closed: bool) -> Option<Path> {
 }
 
 /// Returns the start of the baseline of a text before rotation.
-pub(super) fn start(text: &str, style: &TextStyle, (x, y): Point) -> (f32, f32) {
+pub(super) fn start(text: &str, style: &TextStyle, (x, y): CanvasPoint) -> (f32, f32) {
     let (x, y) = (x as f32, y as f32);
     let size = style.size as f32;
     let start = match style.anchor {
@@ -136,14 +136,14 @@ pub(super) fn start(text: &str, style: &TextStyle, (x, y): Point) -> (f32, f32) 
     };
     // Equals `dy` in the SVG file, with an x-height of half the font size.
     let baseline = match style.level {
-        Level::Top => y + 0.76 * size,
-        Level::Middle => y + 0.25 * size,
+        VerticalAlignment::Top => y + 0.76 * size,
+        VerticalAlignment::Middle => y + 0.25 * size,
     };
     (start, baseline)
 }
 
 /// Returns the outlines of a text before rotation, and the rotation.
-fn outline(text: &str, style: &TextStyle, at: Point) -> (Option<Path>, Transform) {
+fn outline(text: &str, style: &TextStyle, at: CanvasPoint) -> (Option<Path>, Transform) {
     let mut path = PathBuilder::new();
     font::outline(&mut path, text, style.size, start(text, style, at));
     let (x, y) = (at.0 as f32, at.1 as f32);

@@ -106,7 +106,7 @@ impl Axis {
 /// An axis with its range and its ticks. Its coordinates are values, or their logarithms on a
 /// logarithmic axis.
 #[derive(Clone, Debug)]
-pub struct Scale {
+pub struct AxisScale {
     /// The axis, without its range.
     pub axis: Axis,
     low: f64,
@@ -117,7 +117,7 @@ pub struct Scale {
     pub factor: String,
 }
 
-impl Scale {
+impl AxisScale {
     /// Creates the scale of an axis that shows `values` (coordinates) with a margin.
     pub fn new(axis: Axis, values: impl Iterator<Item = f64>) -> Self {
         if !axis.names.is_empty() {
@@ -384,7 +384,7 @@ mod tests {
     #[test]
     fn counts_have_whole_numbers_only() {
         let labels = |high: f64| {
-            let ticks = Scale::new(Axis::count(""), [1.0, high].into_iter()).ticks;
+            let ticks = AxisScale::new(Axis::count(""), [1.0, high].into_iter()).ticks;
             ticks
                 .into_iter()
                 .map(|(_, label)| label)
@@ -401,7 +401,7 @@ mod tests {
     fn zero_is_shown_where_it_is_asked_for() {
         let labels = |axis| {
             labels((
-                Scale::new(axis, [200.0, 400.0].into_iter()).ticks,
+                AxisScale::new(axis, [200.0, 400.0].into_iter()).ticks,
                 String::new(),
             ))
             .0
@@ -409,7 +409,7 @@ mod tests {
         assert_eq!(labels(Axis::linear("")), "200 250 300 350 400");
         assert_eq!(labels(Axis::from_zero("")), "0 100 200 300 400");
         assert_eq!(
-            Scale::new(Axis::from_zero(""), [0.0, 400.0].into_iter()).part(0.0),
+            AxisScale::new(Axis::from_zero(""), [0.0, 400.0].into_iter()).part(0.0),
             0.0
         );
     }
@@ -427,7 +427,7 @@ mod tests {
             ([0.0, 0.0], "0.0 0.2 0.4 0.6 0.8 1.0"),
         ];
         for (values, expected) in cases {
-            let ticks = Scale::new(Axis::amount(""), values.into_iter()).ticks;
+            let ticks = AxisScale::new(Axis::amount(""), values.into_iter()).ticks;
             assert_eq!(
                 ticks
                     .into_iter()

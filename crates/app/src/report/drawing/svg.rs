@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::canvas::{Anchor, Canvas, Level, Point, Shape, TextStyle, fine};
+use super::canvas::{Anchor, Canvas, CanvasPoint, CanvasShape, TextStyle, VerticalAlignment, fine};
 use super::color::Color;
 use super::symbols::runs;
 
@@ -38,9 +38,9 @@ impl std::fmt::Display for Color {
     }
 }
 
-fn write_shape(svg: &mut String, shape: &Shape, families: &str) -> std::fmt::Result {
+fn write_shape(svg: &mut String, shape: &CanvasShape, families: &str) -> std::fmt::Result {
     match shape {
-        Shape::Rectangle {
+        CanvasShape::Rectangle {
             corners: [(x, y), (right, bottom)],
             fill,
         } => {
@@ -51,7 +51,7 @@ fn write_shape(svg: &mut String, shape: &Shape, families: &str) -> std::fmt::Res
                  stroke=\"none\"/>"
             )
         }
-        Shape::Polygon {
+        CanvasShape::Polygon {
             points,
             fill,
             opacity,
@@ -59,7 +59,7 @@ fn write_shape(svg: &mut String, shape: &Shape, families: &str) -> std::fmt::Res
             write!(svg, "<polygon opacity=\"{opacity}\" fill=\"{fill}\"")?;
             write_points(svg, points)
         }
-        Shape::Line { points, stroke } => {
+        CanvasShape::Line { points, stroke } => {
             let (color, width) = (stroke.color, stroke.width);
             write!(
                 svg,
@@ -67,11 +67,11 @@ fn write_shape(svg: &mut String, shape: &Shape, families: &str) -> std::fmt::Res
             )?;
             write_points(svg, points)
         }
-        Shape::Text { text, style, at } => write_text(svg, text, *style, *at, families),
+        CanvasShape::Text { text, style, at } => write_text(svg, text, *style, *at, families),
     }
 }
 
-fn write_points(svg: &mut String, points: &[Point]) -> std::fmt::Result {
+fn write_points(svg: &mut String, points: &[CanvasPoint]) -> std::fmt::Result {
     svg.push_str(" points=\"");
     for (x, y) in points {
         write!(svg, "{x},{y} ")?;
@@ -84,7 +84,7 @@ fn write_text(
     svg: &mut String,
     text: &str,
     style: TextStyle,
-    (x, y): Point,
+    (x, y): CanvasPoint,
     families: &str,
 ) -> std::fmt::Result {
     let TextStyle {
@@ -95,8 +95,8 @@ fn write_text(
         upwards,
     } = style;
     let dy = match level {
-        Level::Top => "0.76em",
-        Level::Middle => "0.5ex",
+        VerticalAlignment::Top => "0.76em",
+        VerticalAlignment::Middle => "0.5ex",
     };
     let anchor = match anchor {
         Anchor::Start => "start",

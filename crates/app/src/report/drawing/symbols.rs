@@ -2,7 +2,7 @@
 
 /// A part of a text in one font size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Run<'a> {
+pub struct TextRun<'a> {
     /// Characters of the run.
     pub text: &'a str,
     /// `true` for a subscript.
@@ -13,7 +13,7 @@ pub struct Run<'a> {
 const HEIGHT: i32 = 70;
 const DROP: i32 = 20;
 
-impl Run<'_> {
+impl TextRun<'_> {
     /// Returns the font size of the run in a text of the font size `size`.
     pub(super) fn size(&self, size: i32) -> i32 {
         if self.is_subscript {
@@ -39,9 +39,9 @@ impl Run<'_> {
 /// subscript. A subscript consists of lower-case letters, digits, and commas without a space
 /// between them, or of one capital letter. Names such as `relative_tolerance` are not symbols and
 /// stay unchanged.
-pub fn runs(text: &str) -> Vec<Run<'_>> {
+pub fn runs(text: &str) -> Vec<TextRun<'_>> {
     let mut runs = Vec::new();
-    let mut add = |text, is_subscript| runs.push(Run { text, is_subscript });
+    let mut add = |text, is_subscript| runs.push(TextRun { text, is_subscript });
     let mut start = 0;
     for (at, _) in text.match_indices('_') {
         let length = subscript(&text[at + 1..]);
@@ -139,7 +139,7 @@ mod tests {
         ] {
             assert_eq!(
                 runs(name),
-                [Run {
+                [TextRun {
                     text: name,
                     is_subscript: false
                 }]

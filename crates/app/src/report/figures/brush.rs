@@ -1,5 +1,5 @@
-//! Figures of a brush: impulses of its filaments, forces of its tool over time, and where filaments
-//! press on each other.
+//! Figures of a brush: impulses of its filaments, forces of its tool over time, and places where
+//! filaments press on each other.
 
 use super::picture::{Picture, contact_title, with_brush};
 use crate::report::drawing::diagram::{Curve, Diagram, Look};
@@ -39,9 +39,9 @@ pub struct Brush {
     pub pairs: Vec<PairResult>,
 }
 
-/// The figures of a brush: `brush_impulses` has `p_n` over the columns, `brush_forces` the forces
-/// over time. If filaments touched each other, `brush_presses_along_filaments` and
-/// `brush_presses_over_columns` have where.
+/// Draws the figures of a brush: `brush_impulses` has `p_n` over the columns, `brush_forces` the
+/// forces over time. If filaments touched each other, `brush_presses_along_filaments` and
+/// `brush_presses_over_columns` show the places.
 #[must_use]
 pub fn brush_figures(brush: &Brush, format: &Format) -> Vec<Picture> {
     let mut pictures = vec![impulses(brush, format), forces(brush, format)];
@@ -54,13 +54,13 @@ pub fn brush_figures(brush: &Brush, format: &Format) -> Vec<Picture> {
     pictures
 }
 
-/// Whether [`brush_figures`] can make a figure of this name.
+/// Returns `true` if [`brush_figures`] can make a figure of this name.
 #[must_use]
 pub fn is_of_brush(name: &str) -> bool {
     [IMPULSES, FORCES, ALONG, OVER_COLUMNS].contains(&name)
 }
 
-/// `p_n` over the columns, with the columns that count and the filament alone.
+/// Draws `p_n` over the columns, with the columns that count and the filament alone.
 fn impulses(brush: &Brush, format: &Format) -> Picture {
     let value = |filament: &FilamentResult| 1e3 * filament.metrics.contact_normal_impulse_n_s;
     let alone = 1e3 * brush.interaction.contact_normal_impulse_alone_n_s;
@@ -92,7 +92,7 @@ fn impulses(brush: &Brush, format: &Format) -> Picture {
     Picture::of(IMPULSES, format, &diagram)
 }
 
-/// The columns that count.
+/// Returns the columns that count as a curve.
 fn counted(brush: &Brush) -> Curve {
     let Interaction {
         first_counted_column: first,
@@ -103,7 +103,7 @@ fn counted(brush: &Brush) -> Curve {
     Curve::new("", Look::Stripe, ends.map(|end| (end, 0.0))).with_pen(SHADE)
 }
 
-/// A level from the first to the last column.
+/// Returns a level from the first to the last column.
 fn across(brush: &Brush, level: f64) -> Vec<(f64, f64)> {
     vec![
         (0.0, level),
@@ -111,8 +111,8 @@ fn across(brush: &Brush, level: f64) -> Vec<(f64, f64)> {
     ]
 }
 
-/// A number of the filaments over the columns up to the last one that counts: one curve per row, or
-/// the mean and the band of all.
+/// Returns a value of the filaments over the columns up to the last one that counts: one curve per
+/// row, or the mean and the band of all.
 fn over_columns(brush: &Brush, value: impl Fn(&FilamentResult) -> f64) -> Vec<Curve> {
     let of_column = |column: usize| {
         brush
@@ -161,7 +161,7 @@ fn over_columns(brush: &Brush, value: impl Fn(&FilamentResult) -> f64) -> Vec<Cu
     ]
 }
 
-/// The forces of the sector over time.
+/// Draws the forces of the sector over time.
 fn forces(brush: &Brush, format: &Format) -> Picture {
     let over_time = |value: fn(&ToolSample) -> f64| -> Vec<(f64, f64)> {
         brush
@@ -199,7 +199,7 @@ fn forces(brush: &Brush, format: &Format) -> Picture {
     Picture::of(FORCES, format, &diagram)
 }
 
-/// Where along their length filaments press on each other.
+/// Draws the places along their length at which filaments press on each other.
 fn presses_along(brush: &Brush, format: &Format) -> Picture {
     let length = brush.settings.filament.length_m;
     let width = length / INTERVALS as f64;
@@ -252,7 +252,7 @@ fn presses_along(brush: &Brush, format: &Format) -> Picture {
     Picture::of(ALONG, format, &diagram)
 }
 
-/// The impulse with which its neighbours press on each filament, over the columns.
+/// Draws the impulse of the neighbours on each filament over the columns.
 fn presses_over_columns(brush: &Brush, format: &Format) -> Picture {
     let value = |filament: &FilamentResult| 1e3 * filament.press_impulse_n_s;
     let diagram = Diagram::new(

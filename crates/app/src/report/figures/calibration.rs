@@ -13,10 +13,10 @@ use crate::report::drawing::diagram::{Curve, Diagram, Look};
 use crate::report::drawing::format::Format;
 use crate::report::drawing::scale::Axis;
 
-/// How the names of the figures begin.
+/// Beginnings of the names of the figures.
 const FITTED: &str = "calibration_";
 const ELLIPSE: &str = "ellipse_";
-/// The names of what is measured, their units, and the words in file names.
+/// Measured quantities: symbol or name, unit, and word in file names.
 const FORCES: [[&str; 3]; 4] = [
     ["contact normal force F_n,w", "N", "force"],
     ["tangential force F_t,w", "N", "tangential_force"],
@@ -25,16 +25,16 @@ const FORCES: [[&str; 3]; 4] = [
 ];
 /// Standard errors on either side that hold 95 %.
 const BAND: f64 = 1.96;
-/// Sum of two squared standard normal numbers that 95 % stay below.
+/// 95 % quantile of the sum of two squared standard normal numbers.
 const OF_ELLIPSE: f64 = 5.991;
 /// Points of an ellipse.
 const POINTS: usize = 180;
-/// The most ellipses that are drawn.
-const MOST: usize = 10;
+/// Maximum number of ellipses.
+const MAX_ELLIPSES: usize = 10;
 
-/// The figures of a calibration: `calibration_force` and the like have measured over fitted forces
-/// with the 95 % band that the calibration leaves, `calibration_radius` has radii over time,
-/// `ellipse_A_B` the region that holds two settings with a confidence of 95 %.
+/// Draws the figures of a calibration. `calibration_force` and the like have measured over fitted
+/// forces, with the 95 % band of the calibration. `calibration_radius` has radii over time,
+/// `ellipse_A_B` the 95 % confidence region of two settings.
 #[must_use]
 pub fn calibration_figures(calibration: &Calibration, format: &Format) -> Vec<Picture> {
     let measured = |force: &usize| {
@@ -63,19 +63,19 @@ pub fn calibration_figures(calibration: &Calibration, format: &Format) -> Vec<Pi
         .chain(forces)
         .chain(
             pairs
-                .take(MOST)
+                .take(MAX_ELLIPSES)
                 .map(|pair| ellipse(calibration, pair, format)),
         )
         .collect()
 }
 
-/// Whether [`calibration_figures`] can make a figure of this name.
+/// Returns `true` if [`calibration_figures`] can make a figure of this name.
 #[must_use]
 pub fn is_of_calibration(name: &str) -> bool {
     name.starts_with(FITTED) || name.starts_with(ELLIPSE)
 }
 
-/// Radii over time: measured, fitted, and by the square root of time.
+/// Draws radii over time: measured, fitted, and by the square root of time.
 fn grown(calibration: &Calibration, radii: &Radii, format: &Format) -> Picture {
     let last = calibration.growth.last().map_or(0.0, |edge| edge.time_s);
     let (unit, second) = unit_of_time(last);
@@ -131,7 +131,7 @@ fn grown(calibration: &Calibration, radii: &Radii, format: &Format) -> Picture {
     Picture::of(format!("{FITTED}radius"), format, &diagram)
 }
 
-/// The values of what is determined.
+/// Returns the values of the fitted settings as text.
 fn estimates(calibration: &Calibration) -> String {
     let determined = (0..calibration.values.len()).filter(|&own| calibration.is_determined(own));
     determined
@@ -157,7 +157,7 @@ fn with_stated(subtitle: &str, calibration: &Calibration) -> String {
     format!("{subtitle}\n{line}")
 }
 
-/// What error bars show.
+/// Returns the meaning of the error bars.
 fn measured_with(calibration: &Calibration) -> &'static str {
     match calibration.problem.has_std {
         true => "measured ± standard deviation",
@@ -165,7 +165,7 @@ fn measured_with(calibration: &Calibration) -> &'static str {
     }
 }
 
-/// Measured over fitted forces.
+/// Draws measured over fitted forces.
 fn fitted(calibration: &Calibration, force: usize, format: &Format) -> Picture {
     let [name, unit, word] = FORCES[force];
     let scale = calibration.variance.sqrt();
@@ -226,7 +226,7 @@ fn fitted(calibration: &Calibration, force: usize, format: &Format) -> Picture {
     Picture::of(format!("{FITTED}{word}"), format, &diagram)
 }
 
-/// The region that holds two settings.
+/// Draws the confidence region of two settings.
 fn ellipse(calibration: &Calibration, [a, b]: [usize; 2], format: &Format) -> Picture {
     let fitted = [a, b].map(|own| &calibration.problem.fitted[own]);
     let settings: [Setting; 2] = fitted.map(|own| own.setting());

@@ -3,16 +3,16 @@
 use crate::insight::convergence::{Convergence, GOAL, Series, force};
 
 use super::picture::{Picture, with_brush};
-use crate::report::drawing::diagram::{Frame, draw_axes, left_of};
+use crate::report::drawing::diagram::{PixelRectangle, draw_axes, left_of};
 use crate::report::drawing::format::Format;
 use crate::report::drawing::heading::Heading;
 use crate::report::drawing::pens::{pen, reference_pen};
-use crate::report::drawing::scale::{Axis, Scale, coordinate};
-use crate::report::drawing::{Canvas, GREY, Point, fine, text};
+use crate::report::drawing::scale::{Axis, AxisScale, coordinate};
+use crate::report::drawing::{Canvas, CanvasPoint, GREY, fine, text};
 
 const NAME: &str = "converge";
-/// Width of the figure, height of a diagram, its least height on paper, the space below it and that
-/// to its right, in pixels.
+/// Sizes in pixels: width of the figure, height of a diagram, its least height on paper, space
+/// below it, and space to its right.
 const WIDTH: i32 = 680;
 const HEIGHT: i32 = 190;
 const MIN_HEIGHT: i32 = 110;
@@ -20,11 +20,11 @@ const BOTTOM: i32 = 58;
 const RIGHT: i32 = 24;
 const TITLE: &str = "Error of the force over the precision of its computation";
 
-/// The figure of a convergence: a diagram for each setting, with the error of the tool force in per
-/// cent over its values. The stated value has a marker of its own.
+/// Draws the figure of a convergence: a diagram for each setting, with the error of the tool force
+/// in per cent over its values. The stated value has a marker of its own.
 #[must_use]
 pub fn convergence_figures(convergence: &Convergence, format: &Format) -> Vec<Picture> {
-    let scales: Vec<[Scale; 2]> = convergence.series.iter().map(scales).collect();
+    let scales: Vec<[AxisScale; 2]> = convergence.series.iter().map(scales).collect();
     let left = scales
         .iter()
         .map(|[_, y]| left_of(format, y))
@@ -53,20 +53,20 @@ pub fn convergence_figures(convergence: &Convergence, format: &Format) -> Vec<Pi
     }]
 }
 
-/// Whether [`convergence_figures`] can make a figure of this name.
+/// Returns `true` if [`convergence_figures`] can make a figure of this name.
 #[must_use]
 pub fn is_of_convergence(name: &str) -> bool {
     name == NAME
 }
 
-/// The values with an error that can be shown, and these errors in per cent.
+/// Returns the values with an error that can be shown, and these errors in per cent.
 fn errors(series: &Series) -> Vec<(f64, f64)> {
     let all = (0..series.values.len())
         .filter_map(|index| Some((series.values[index], 100.0 * series.error(force(), index)?)));
     all.filter(|(_, error)| *error > 0.0).collect()
 }
 
-fn scales(series: &Series) -> [Scale; 2] {
+fn scales(series: &Series) -> [AxisScale; 2] {
     let errors = errors(series);
     let [x, y] = [
         Axis::logarithmic(series.setting().label()),
@@ -84,15 +84,20 @@ fn scales(series: &Series) -> [Scale; 2] {
         .filter_map(|value| coordinate(&x, *value))
         .collect();
     [
-        Scale::new(x, values.into_iter()),
-        Scale::new(y, levels.into_iter()),
+        AxisScale::new(x, values.into_iter()),
+        AxisScale::new(y, levels.into_iter()),
     ]
 }
 
-fn draw_series(canvas: &mut Canvas, series: &Series, [x, y]: &[Scale; 2], frame: Frame) {
+fn draw_series(
+    canvas: &mut Canvas,
+    series: &Series,
+    [x, y]: &[AxisScale; 2],
+    frame: PixelRectangle,
+) {
     let [left, top, right, bottom] = frame;
     draw_axes(canvas, [x, y], frame);
-    let place = |(value, error): (f64, f64)| -> Option<Point> {
+    let place = |(value, error): (f64, f64)| -> Option<CanvasPoint> {
         let (across, up) = (coordinate(&x.axis, value)?, coordinate(&y.axis, error)?);
         Some((x.place(across, left, right), y.place(up, bottom, top)))
     };
@@ -100,13 +105,13 @@ fn draw_series(canvas: &mut Canvas, series: &Series, [x, y]: &[Scale; 2], frame:
         reference_pen(1).line(canvas, &[(fine(left), level), (fine(right), level)]);
     }
     let errors = errors(series);
-    let points: Vec<Point> = errors.iter().filter_map(|&point| place(point)).collect();
+    let points: Vec<CanvasPoint> = errors.iter().filter_map(|&point| place(point)).collect();
     pen(0).line(canvas, &points);
     let (stated, others): (Vec<_>, Vec<_>) = errors
         .into_iter()
         .partition(|(value, _)| *value == series.stated);
     for (index, own) in [(0, others), (1, stated)] {
-        let own: Vec<Point> = own.into_iter().filter_map(place).collect();
+        let own: Vec<CanvasPoint> = own.into_iter().filter_map(place).collect();
         pen(index).markers(canvas, &own, false);
     }
     if let Some(order) = series.limit(force()).order {

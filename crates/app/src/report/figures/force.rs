@@ -2,8 +2,8 @@
 //! scatter.
 
 use super::picture::Picture;
-use super::{Family, Sides, View, axis_along, joined, selection, values_of};
-use crate::insight::measured::{Simulated, tool_force};
+use super::{Family, Sides, SliceView, axis_along, joined, selection, values_of};
+use crate::insight::measured::{SimulatedForce, tool_force};
 use crate::insight::slices::{Slice, Varied, spread};
 use crate::report::drawing::diagram::{Curve, Diagram, Look};
 use crate::report::drawing::ends;
@@ -33,14 +33,14 @@ const BESIDE: i32 = 6;
 /// overlap.
 struct Banded {
     curves: Vec<Curve>,
-    /// What shows the uncertainties.
+    /// Marks that show the uncertainties, in words.
     shown_as: &'static str,
-    /// Whether some forces are unknown.
+    /// `true` if some forces are unknown.
     has_gaps: bool,
 }
 
-impl View<'_> {
-    /// The tool force where filaments scatter; none if this side has one value only.
+impl SliceView<'_> {
+    /// Draws the tool force where filaments scatter; `None` if this side has one value only.
     pub(super) fn scatter(&self, family: Family) -> Option<Picture> {
         let sides @ Sides { over, of, .. } = &self.sides(family);
         if !over.varies() {
@@ -74,7 +74,7 @@ impl View<'_> {
         ))
     }
 
-    /// First-order Sobol indices along the first side, at the middle value of the other.
+    /// Draws first-order Sobol indices along the first side, at the middle value of the other.
     pub(super) fn sobol(&self) -> Option<Picture> {
         let Slice { x, y, .. } = self.slice;
         if !x.varies() {
@@ -129,7 +129,7 @@ impl View<'_> {
         ))
     }
 
-    /// The tool force with and without interaction; none if this side has one value only.
+    /// Draws the tool force with and without interaction; `None` if this side has one value only.
     pub(super) fn interaction(&self, family: Family) -> Option<Picture> {
         let Sides { over, of, .. } = self.sides(family);
         if !over.varies() {
@@ -185,12 +185,13 @@ impl View<'_> {
         ))
     }
 
-    /// Where a measured point lies along the horizontal side of the slice.
+    /// Returns the place of a measured point along the horizontal side of the slice.
     fn across(&self, point: &Measurement) -> f64 {
         self.slice.at_speed(self.study, point.speed)
     }
 
-    /// The simulated tool force with measured points; none if the study has no curve for them.
+    /// Draws the simulated tool force with measured points; `None` if the study has no curve for
+    /// them.
     pub(super) fn measured(&self, measured: &[Measurement], family: Family) -> Option<Picture> {
         let sides @ Sides { over, of, .. } = &self.sides(family);
         if !over.varies() {
@@ -278,8 +279,8 @@ impl View<'_> {
         ))
     }
 
-    /// The figure of curves along a side; `what` is how its name begins, `parts` are those of its
-    /// subtitle.
+    /// Draws curves along a side. The name of the figure begins with `what`; its subtitle has
+    /// `parts`.
     fn over<const N: usize>(
         &self,
         side: &Varied,
@@ -295,7 +296,7 @@ impl View<'_> {
         Picture::of(name, self.format, &diagram)
     }
 
-    /// Explains the bands, or what shows them.
+    /// Explains the bands, or the bars in their place.
     fn band_text(&self, shown_as: &str) -> String {
         let Slice { x, y, .. } = self.slice;
         let cases = (0..y.values.len())
@@ -317,7 +318,7 @@ impl View<'_> {
         format!("{shown_as}: N_f = {count} ± {spread} (standard deviation)")
     }
 
-    /// Curves with their uncertainties for some values of a side.
+    /// Returns curves with their uncertainties for some values of a side.
     fn banded(
         &self,
         &Sides { family, over, of }: &Sides<'_>,
@@ -332,7 +333,7 @@ impl View<'_> {
             };
             tool_force(self.study, self.results, self.slice, x, y).ok()
         };
-        let simulated: Vec<Vec<Option<Simulated>>> = levels
+        let simulated: Vec<Vec<Option<SimulatedForce>>> = levels
             .iter()
             .map(|&level| over.values.iter().map(|&at| force(at, level)).collect())
             .collect();
@@ -387,10 +388,10 @@ impl View<'_> {
         }
     }
 
-    /// The band of a force: from the sampled tools where filaments scatter, otherwise from the
-    /// number of filaments.
-    fn band(&self, simulated: Simulated) -> Option<[f64; 2]> {
-        let Simulated {
+    /// Returns the band of a force: from the sampled tools where filaments scatter, otherwise from
+    /// the number of filaments.
+    fn band(&self, simulated: SimulatedForce) -> Option<[f64; 2]> {
+        let SimulatedForce {
             force_n,
             uncertainty_n,
             band_n,
@@ -403,7 +404,7 @@ impl View<'_> {
     }
 }
 
-/// Whether the bands of two curves overlap at some place.
+/// Returns `true` if the bands of two curves overlap at some place.
 fn overlap(curves: &[Vec<Option<[f64; 2]>>]) -> bool {
     let meet = |[lower, upper]: [f64; 2], [other_lower, other_upper]: [f64; 2]| {
         upper > lower && other_upper > other_lower && lower < other_upper && other_lower < upper
@@ -418,7 +419,7 @@ fn overlap(curves: &[Vec<Option<[f64; 2]>>]) -> bool {
     })
 }
 
-/// Bands as areas between gaps.
+/// Returns bands as areas between gaps.
 fn areas(banded: &[(f64, Option<[f64; 2]>)]) -> impl Iterator<Item = Curve> {
     banded.split(|(_, band)| band.is_none()).map(|part| {
         // The upper edge forwards, then the lower edge backwards.
@@ -430,7 +431,7 @@ fn areas(banded: &[(f64, Option<[f64; 2]>)]) -> impl Iterator<Item = Curve> {
     })
 }
 
-/// Bands as bars, at some of the places if there are many.
+/// Returns bands as bars, at some of the places if there are many.
 fn bars(banded: &[(f64, Option<[f64; 2]>)]) -> Curve {
     let places = spread(banded.len(), MAX_BARS)
         .into_iter()
@@ -453,9 +454,9 @@ struct Marked {
     bar: [f64; 2],
 }
 
-/// The markers of a curve, and whether they stand for several points each. If there were more than
-/// [`MAX_MARKS`] points, which nobody could tell apart, there is one marker per interval of the
-/// axis: at the mean of its points, with a bar around their bars.
+/// Returns the markers of a curve, and `true` if each stands for several points. More than
+/// [`MAX_MARKS`] points would cover each other. Then each interval of the axis has one marker, at
+/// the mean of its points, with a bar around their bars.
 fn marks(mut points: Vec<Marked>) -> (Vec<Marked>, bool) {
     if points.len() <= MAX_MARKS {
         return (points, false);

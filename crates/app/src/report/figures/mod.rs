@@ -14,9 +14,9 @@ use crate::report::drawing::format::Format;
 use crate::report::drawing::heading::Heading;
 use crate::report::drawing::map::{self, Contour, Map};
 use crate::report::drawing::pens::pen;
-use crate::report::drawing::scale::{Axis, Scale};
+use crate::report::drawing::scale::{Axis, AxisScale};
 use crate::report::drawing::{
-    BLUE, Canvas, Color, GREY, INK, Pen, Point, VERMILION, ends, fine, stroke, text,
+    BLUE, Canvas, CanvasPoint, Color, GREY, INK, Pen, VERMILION, ends, fine, stroke, text,
 };
 use crate::report::view::{height, is_all_round, is_upright, root, sampled_pass};
 use bristle::model::metrics::Metrics;
@@ -56,11 +56,11 @@ const MAX_CURVES: usize = 7;
 /// Maximum number of cells along a side of a map; more could not be told apart.
 const MAX_CELLS: usize = 200;
 
-/// The most figures that are drawn unless all are asked for.
+/// Maximum number of figures unless all are requested.
 const MAIN: usize = 5;
-/// The figures of a study that come first among them, by what their names begin with and have after
-/// that: what was measured, what interaction or varying filaments change, tools side by side, where
-/// an edge is worked, then force, contact time ratio, impulse and power over the settings.
+/// Preferred figures of a study in order, each by the beginning of its name and a later part.
+/// Measured forces come first, then effects of interaction and of varying filaments, tools side by
+/// side, and work on edges. Force, contact time ratio, impulse and power over the settings follow.
 const PREFERRED: [[&str; 2]; 22] = [
     ["measured_over_", ""],
     ["interaction_over_", ""],
@@ -86,8 +86,8 @@ const PREFERRED: [[&str; 2]; 22] = [
     ["tool_torque_over_", ""],
 ];
 
-/// The five figures that matter most, in the order given: of studies one of each kind that is
-/// preferred, otherwise the first.
+/// Returns the five most important figures in their order: one of each preferred kind, filled up
+/// with the first ones.
 #[must_use]
 pub fn main_figures(pictures: Vec<Picture>) -> Vec<Picture> {
     let mut chosen: Vec<usize> = Vec::new();
@@ -118,7 +118,7 @@ pub fn main_figures(pictures: Vec<Picture>) -> Vec<Picture> {
 pub struct Pictures {
     /// In the order of the paper.
     pub pictures: Vec<Picture>,
-    /// What is not drawn, and why; empty if everything is.
+    /// Omitted figures, with reasons; empty without any.
     pub note: String,
 }
 
@@ -131,7 +131,7 @@ enum Family {
 
 /// A record whose numbers are drawn over the settings of a study.
 trait Drawn: Record {
-    /// That of a case, if it has one.
+    /// Returns the record of a case, if it has one.
     fn of(summary: &CaseSummary) -> Option<&Self>;
 }
 
@@ -147,15 +147,15 @@ impl Drawn for Interaction {
     }
 }
 
-/// The numbers of which there can be figures: among the metrics the paper's figures 4a, 4b, 5, 6a
-/// and 6b.
+/// Returns the columns that figures may show: among the metrics those of the paper's figures 4a,
+/// 4b, 5, 6a and 6b.
 fn drawn<R: Drawn>() -> impl Iterator<Item = &'static Column<R>> {
     R::COLUMNS
         .iter()
         .filter(|column| column.display.prominence <= Prominence::Figure)
 }
 
-/// The families of curves that go with a map of a metric.
+/// Returns the families of curves that go with a map of a metric.
 fn families<R>(metric: &Column<R>) -> &'static [Family] {
     match metric.display.curves {
         Curves::None => &[],
@@ -164,7 +164,7 @@ fn families<R>(metric: &Column<R>) -> &'static [Family] {
     }
 }
 
-/// The name of a metric as a title, with its symbol and unit.
+/// Returns the name of a metric as a title, with its symbol and unit.
 fn title<R>(metric: &Column<R>) -> String {
     format!(
         "{} {}",
@@ -175,7 +175,7 @@ fn title<R>(metric: &Column<R>) -> String {
     .to_owned()
 }
 
-/// Symbol and unit of a metric; its name if it has no symbol.
+/// Returns symbol and unit of a metric; its name if it has no symbol.
 fn label<R>(metric: &Column<R>) -> String {
     with_unit(
         metric,
@@ -187,7 +187,7 @@ fn label<R>(metric: &Column<R>) -> String {
     )
 }
 
-/// A text with the unit in which figures show the metric.
+/// Returns a text with the unit in which figures show the metric.
 fn with_unit<R>(metric: &Column<R>, text: &str) -> String {
     let unit = metric.display.unit;
     if unit.is_empty() {
@@ -197,10 +197,10 @@ fn with_unit<R>(metric: &Column<R>, text: &str) -> String {
     }
 }
 
-/// Below this, a number that can span decades is on a linear axis.
-const FEW: f64 = 10.0;
+/// Largest value below which a number that can span decades is on a linear axis.
+const MAX_LINEAR_VALUE: f64 = 10.0;
 
-/// The axis of a metric with these values.
+/// Returns the axis of a metric with these values.
 fn axis_of<'a, R>(
     metric: &Column<R>,
     values: impl Iterator<Item = &'a Option<f64>>,
@@ -209,7 +209,7 @@ fn axis_of<'a, R>(
     let range = ends(values.flatten().copied());
     let is_linear = match metric.display.scale {
         record::Scale::Linear => true,
-        record::Scale::Logarithmic => range[1] < FEW,
+        record::Scale::Logarithmic => range[1] < MAX_LINEAR_VALUE,
         record::Scale::Fitting => !span_decades(range),
     };
     if is_linear {
@@ -221,19 +221,19 @@ fn axis_of<'a, R>(
 
 /// Draws the figures of a study.
 ///
-/// Where velocity and depth are swept: `tip_deflection_map`, `tip_deflection_over_velocity`,
+/// Studies of velocity and depth have `tip_deflection_map`, `tip_deflection_over_velocity`,
 /// `contact_time_map`, `contact_time_over_velocity`, `contact_time_ratio_map`, `impulse_map`,
-/// `impulse_over_velocity`, `impulse_over_depth`, `tool_force_map`, `tool_force_over_velocity`,
-/// `tool_force_over_depth`, and map and curves over the velocity of each other metric that is
-/// drawn, without optional ones that are zero in all cases, and lateral amplifications of which
-/// none is above 100; for other studies, each metric over the setting that is swept, as in
-/// `impulse_over_segments`. Measured points add `measured_over_velocity` and `measured_over_depth`,
-/// filaments that scatter `scatter_over_velocity`, `scatter_over_depth` and `sobol_over_velocity`,
-/// brushes `interaction_over_velocity`, `interaction_over_depth` and `interaction_factor_map`.
-/// Further sweeps and named tools have figures for each of their values, at most four, with the
-/// value at the end of the name. Named tools also share diagrams with one curve each, as in
-/// `tool_force_over_velocity_by_tool_penetration_depth_m_0.001`. Studies of the rotational speed
-/// have `speed` instead of `velocity` in the names.
+/// `impulse_over_velocity`, `impulse_over_depth`, `tool_force_map`, `tool_force_over_velocity` and
+/// `tool_force_over_depth`. Each other drawn metric has a map and curves over the velocity.
+/// Optional metrics that are zero in all cases are left out, and lateral amplifications that never
+/// exceed 100. Other studies have each metric over the swept setting, as in
+/// `impulse_over_segments`. Measured points add `measured_over_velocity` and `measured_over_depth`.
+/// Filaments that scatter add `scatter_over_velocity`, `scatter_over_depth` and
+/// `sobol_over_velocity`. Brushes add `interaction_over_velocity`, `interaction_over_depth` and
+/// `interaction_factor_map`. Further sweeps and named tools have figures for each of their values,
+/// at most four, with the value at the end of the name. Named tools also share diagrams with one
+/// curve each, as in `tool_force_over_velocity_by_tool_penetration_depth_m_0.001`. Studies of the
+/// rotational speed have `speed` instead of `velocity` in the names.
 pub fn study_figures(
     study: &Study,
     results: &[CaseResult],
@@ -248,7 +248,7 @@ pub fn study_figures(
             slices
                 .chosen
                 .iter()
-                .map(|slice| View {
+                .map(|slice| SliceView {
                     study,
                     results,
                     slice,
@@ -334,13 +334,14 @@ pub fn study_figures(
     Pictures { pictures, note }
 }
 
-/// Whether a slice is over velocity, or rotational speed, and depth or the force in its place.
+/// Returns `true` if a slice is over velocity, or rotational speed, and depth or the force in its
+/// place.
 fn is_map(slice: &Slice) -> bool {
     let is_pressing = [DEPTH, FORCE].contains(&slice.y.setting.path());
     [VELOCITY, SPEED].contains(&slice.x.setting.path()) && is_pressing && slice.y.varies()
 }
 
-/// Whether [`study_figures`] can make a figure of this name.
+/// Returns `true` if [`study_figures`] can make a figure of this name.
 #[must_use]
 pub fn is_of_study(name: &str) -> bool {
     let rest = |beginning: &str| name.strip_prefix(beginning);
@@ -365,21 +366,22 @@ struct Sides<'a> {
 }
 
 /// A slice and the results in it.
-struct View<'a> {
+struct SliceView<'a> {
     study: &'a Study,
     results: &'a [CaseResult],
     slice: &'a Slice,
     format: &'a Format,
 }
 
-impl View<'_> {
-    /// A metric in its unit at positions on the sides of the slice; none if the case failed.
+impl SliceView<'_> {
+    /// Returns a metric in its unit at positions on the sides of the slice; `None` if the case
+    /// failed.
     fn value<R: Drawn>(&self, metric: &Column<R>, x: usize, y: usize) -> Option<f64> {
         let summary = self.results[self.slice.case(x, y)].as_ref().ok()?;
         Some(metric.display.factor * metric.get(R::of(summary)?))
     }
 
-    /// The sides of the slice as a family of curves uses them.
+    /// Returns the sides of the slice as a family of curves uses them.
     fn sides(&self, family: Family) -> Sides<'_> {
         let Slice { x, y, .. } = self.slice;
         match family {
@@ -396,7 +398,7 @@ impl View<'_> {
         }
     }
 
-    /// Joins the parts of a subtitle, after what all figures of the slice share, and adds a line
+    /// Joins the parts of a subtitle after those that all figures of the slice share. Adds a line
     /// with friction and brush.
     fn subtitle(&self, parts: impl IntoIterator<Item = String>) -> String {
         let all = std::iter::once(self.slice.condition()).chain(parts);
@@ -414,7 +416,7 @@ impl View<'_> {
         lines.join("\n")
     }
 
-    /// `N_f` with its uncertainty, if it applies to all values.
+    /// Returns `N_f` with its uncertainty, if it applies to all values.
     fn uncertainty<R>(&self, metric: &Column<R>) -> String {
         let case = self.slice.case(0, 0);
         let relative = relative_uncertainty(&self.study.settings(case));
@@ -429,14 +431,14 @@ impl View<'_> {
         format!("N_f ± {spread}: all values ± {:.1} %", 100.0 * relative)
     }
 
-    /// Whether the case at positions on the sides of the slice is laterally unstable.
+    /// Returns `true` if the case at positions on the sides of the slice is laterally unstable.
     fn is_unstable(&self, x: usize, y: usize) -> bool {
         self.results[self.slice.case(x, y)]
             .as_ref()
             .is_ok_and(|summary| summary.metrics.laterally_unstable)
     }
 
-    /// A note if some of the `shown` values are missing.
+    /// Returns a note if some of the `shown` values are missing.
     fn failures(&self, shown: impl Iterator<Item = Option<f64>>, mark: &str) -> String {
         match shown.filter(Option::is_none).count() {
             0 => String::new(),
@@ -445,7 +447,7 @@ impl View<'_> {
         }
     }
 
-    /// A map of a metric; `kind` is part of its name.
+    /// Draws a map of a metric; `kind` is part of its name.
     fn map<R: Drawn>(&self, metric: &Column<R>, kind: &str) -> Picture {
         let Slice { x, y, .. } = self.slice;
         let [columns, rows] = [x, y].map(|side| spread(side.values.len(), MAX_CELLS));
@@ -616,16 +618,15 @@ impl View<'_> {
 
 /// Least ratio of the values of a setting that are drawn on a logarithmic axis.
 const DECADES: f64 = 100.0;
-/// Largest change along a curve, as a part of its mean, that is flat next to curves at other
-/// levels.
+/// Largest change along a flat curve next to curves at other levels, as a share of its mean.
 const FLAT: f64 = 0.1;
 
-/// Whether values from the least to the largest span decades.
+/// Returns `true` if values from the least to the largest span decades.
 fn span_decades([least, largest]: [f64; 2]) -> bool {
     least > 0.0 && largest >= DECADES * least
 }
 
-/// The axis along a side: logarithmic if its values span decades.
+/// Returns the axis along a side: logarithmic if its values span decades.
 fn axis_along(side: &Varied) -> Axis {
     let label = side.setting.label();
     let (least, largest) = (side.values[0], side.values[side.values.len() - 1]);
@@ -636,8 +637,8 @@ fn axis_along(side: &Varied) -> Axis {
     }
 }
 
-/// The means of several curves that each look flat because their levels differ by more than each of
-/// them changes; none if they do not.
+/// Returns the means of several curves that each look flat, because their levels differ by more
+/// than each of them changes. `None` for other curves.
 fn means_of_flat(curves: &[Vec<Option<f64>>]) -> Option<Vec<f64>> {
     let range = |values: &[f64]| ends(values.iter().copied());
     let known: Vec<Vec<f64>> = curves
@@ -659,7 +660,7 @@ fn means_of_flat(curves: &[Vec<Option<f64>>]) -> Option<Vec<f64>> {
     (known.len() > 1 && known.iter().all(is_flat) && lowest > 0.0).then_some(means)
 }
 
-/// How points along a side are drawn: nothing lies between tools.
+/// Returns the style of points along a side. Tools are not joined, as nothing lies between them.
 fn joined(side: &Varied) -> Look {
     if side.setting.names().is_some() {
         Look::Markers
@@ -668,7 +669,7 @@ fn joined(side: &Varied) -> Look {
     }
 }
 
-/// What the values of a side are.
+/// Returns the name of the values of a side.
 fn values_of(side: &Varied) -> String {
     if side.setting.names().is_some() {
         "tools".to_owned()
@@ -677,7 +678,7 @@ fn values_of(side: &Varied) -> String {
     }
 }
 
-/// How many values are shown, unless all are.
+/// Returns the number of shown values in words; empty if all are shown.
 fn selection(shown: usize, total: usize, what: &str) -> String {
     if shown < total {
         format!("{shown} of {total} {what}")
@@ -689,10 +690,10 @@ fn selection(shown: usize, total: usize, what: &str) -> String {
 /// Name of the figure of one contact over time.
 const HISTORY_FIGURE: &str = "history";
 
-/// The figures of one contact: `history` has force and tip deflection over time, and `turns` the
-/// `impulses` of its turns in N s, if there are several. `profile_unrolled` has impulse and
-/// friction work along the profile of the workpiece, and `profile_drawn` the filament on the
-/// workpiece, in `shapes` ([`drawn_shapes`]), with the work; both need a contact.
+/// Draws the figures of one contact. `history` has force and tip deflection over time. `turns` has
+/// the `impulses` of its turns in N s, if there are several. `profile_unrolled` has impulse and
+/// friction work along the profile of the workpiece. `profile_drawn` has the filament in `shapes`
+/// ([`drawn_shapes`]) on the workpiece, with the work. Both need a contact.
 #[must_use]
 pub fn contact_figures(
     settings: &Settings,
@@ -712,7 +713,7 @@ pub fn contact_figures(
         .collect()
 }
 
-/// Whether [`contact_figures`] can make a figure of this name.
+/// Returns `true` if [`contact_figures`] can make a figure of this name.
 #[must_use]
 pub fn is_of_contact(name: &str) -> bool {
     [
@@ -724,8 +725,8 @@ pub fn is_of_contact(name: &str) -> bool {
     .contains(&name)
 }
 
-/// Width of the figure of a history, and height of its panels on a screen, of more than two, and at
-/// least, in pixels.
+/// Width of the figure of a history; height of its panels on a screen, of more than two panels, and
+/// at least, in pixels.
 const HISTORY: i32 = 760;
 const PANEL: i32 = 190;
 const LOW_PANEL: i32 = 130;
@@ -742,12 +743,12 @@ struct Panel {
     label: &'static str,
     color: Color,
     points: Vec<(f64, f64)>,
-    /// Whether its axis begins at zero.
+    /// `true` if its axis begins at zero.
     from_zero: bool,
 }
 
-/// Force and tip deflection over the `times` of a history (ms) and, of tools that are not upright
-/// radial ones, the heights of tip and root.
+/// Returns force and tip deflection over the `times` of a history (ms). Tools that are not upright
+/// radial ones also have the heights of tip and root.
 fn panels(settings: &Settings, pass: &Pass, history: &[Sample], times: &[f64]) -> Vec<Panel> {
     let panel = |label, color, from_zero, value: &dyn Fn(&Sample) -> f64| Panel {
         label,
@@ -806,10 +807,10 @@ fn history_figure(settings: &Settings, history: &[Sample], format: &Format) -> P
         .iter()
         .map(|sample| milliseconds(sample.time_s))
         .collect();
-    let x = Scale::exact(Axis::linear("time t in ms"), times.iter().copied());
+    let x = AxisScale::exact(Axis::linear("time t in ms"), times.iter().copied());
     let panels = panels(settings, &pass, history, &times);
     let forces = panels[0].points.clone();
-    let panels: Vec<(Scale, Panel)> = panels
+    let panels: Vec<(AxisScale, Panel)> = panels
         .into_iter()
         .map(|panel| {
             let axis = if panel.from_zero {
@@ -818,7 +819,7 @@ fn history_figure(settings: &Settings, history: &[Sample], format: &Format) -> P
                 Axis::linear
             };
             (
-                Scale::new(axis(panel.label), panel.points.iter().map(|(_, y)| *y)),
+                AxisScale::new(axis(panel.label), panel.points.iter().map(|(_, y)| *y)),
                 panel,
             )
         })
@@ -882,7 +883,7 @@ fn history_figure(settings: &Settings, history: &[Sample], format: &Format) -> P
         let places = points
             .iter()
             .map(|&(time, y)| (x.place(time, left, right), scale.place(y, top + panel, top)));
-        let mut line: Vec<Point> = places.collect();
+        let mut line: Vec<CanvasPoint> = places.collect();
         line.dedup();
         canvas.line(line, stroke(*color, 14));
     }
@@ -916,7 +917,7 @@ fn turns_figure(settings: &Settings, impulses: &[f64], format: &Format) -> Optio
 /// Shades the times in contact.
 fn draw_contact(
     canvas: &mut Canvas,
-    x: &Scale,
+    x: &AxisScale,
     forces: &[(f64, f64)],
     [left, top, right, bottom]: [i32; 4],
 ) {

@@ -31,7 +31,7 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// The figure of a diagram.
+    /// Draws a diagram.
     pub(super) fn of(name: impl Into<String>, format: &Format, diagram: &Diagram) -> Self {
         Self {
             name: name.into(),
@@ -40,13 +40,13 @@ impl Picture {
     }
 }
 
-/// A title with speed and depth of the contact.
+/// Returns a title with speed and depth of the contact.
 pub(super) fn contact_title(title: &str, settings: &Settings) -> String {
     format!("{title}: {}", of_process(settings))
 }
 
-/// Returns a line of a subtitle with friction and brush. It has what all `cases` have in common,
-/// except settings whose paths the figure `omits`.
+/// Returns a line of a subtitle with friction and brush. It has the settings that all `cases`
+/// share, except those whose paths the figure `omits`.
 pub(super) fn brush_line(cases: &[Settings], omits: impl Fn(&str) -> bool) -> String {
     let common = |value: &dyn Fn(&Settings) -> f64| {
         let (first, others) = cases.split_first()?;
@@ -73,7 +73,7 @@ pub(super) fn with_brush(subtitle: &str, settings: &Settings) -> String {
     format!("{subtitle}\n{line}")
 }
 
-/// Rotational speed, velocity and depth.
+/// Returns rotational speed, velocity and depth as text.
 pub(super) fn of_process(settings: &Settings) -> String {
     let process = &settings.process;
     let text = |path: &str, value| {

@@ -1,16 +1,16 @@
-//! Figures of where on the workpiece the work of a contact is done.
+//! Figures of the work of a contact along the workpiece.
 
 use super::picture::{Picture, contact_title, with_brush};
 use crate::report::drawing::clip::{clip_line, clip_polygon};
-use crate::report::drawing::diagram::{Frame, draw_axes, left_of};
+use crate::report::drawing::diagram::{PixelRectangle, draw_axes, left_of};
 use crate::report::drawing::format::Format;
 use crate::report::drawing::heading::Heading;
 use crate::report::drawing::pens::pen;
-use crate::report::drawing::scale::{Axis, Scale};
+use crate::report::drawing::scale::{Axis, AxisScale};
 use crate::report::drawing::{
-    BLUE, Canvas, Color, FAINT, GREY, INK, Pen, Point, VERMILION, fine, stroke, text,
+    BLUE, Canvas, CanvasPoint, Color, FAINT, GREY, INK, Pen, VERMILION, fine, stroke, text,
 };
-use crate::report::view::{View as TiltedView, is_upright, moved, sampled_pass};
+use crate::report::view::{View, is_upright, moved, sampled_pass};
 use bristle::model::settings::Settings;
 use bristle::simulation::{Pass, ProfileCell, Shape};
 use bristle::tool::places;
@@ -36,14 +36,14 @@ const MIN_EDGES: i32 = 100;
 /// Height of the drawn contact on a screen, and the width of the part around edges.
 const DRAWN: i32 = 380;
 const AROUND: i32 = 330;
-/// How far edges and worked cells are shown beyond their ends, as a part of their length.
+/// Margin beyond the ends of edges and worked cells, as a share of their length.
 const MARGIN: f64 = 0.06;
-/// How thick the workpiece is drawn below its surface, and how long the longest bar of work is, in
+/// Thickness of the drawn workpiece below its surface, and length of the longest bar of work, in
 /// pixels.
 const THICKNESS: f64 = 14.0;
 const LONGEST_BAR: f64 = 46.0;
 
-/// How far the drawn outline may be off, as a part of what is shown: arcs of edges are round on
+/// Largest error of the drawn outline, as a share of the shown part: arcs of edges are round on
 /// every scale.
 const OUTLINE_ERROR: f64 = 1e-4;
 /// The name of the part around edges.
@@ -53,8 +53,8 @@ const AT_THE_EDGE: &str = "at the edge";
 const MATERIAL: Color = Color(222, 218, 208);
 const EDGE: Color = Color(236, 238, 241);
 
-/// Some shapes of a filament from the time `from` (s) on, evenly spread over the time in which it
-/// touches, with the last before and the first after it: those that figures show. Without a contact
+/// Returns the shapes of a filament that figures show, from the time `from` (s) on. They are evenly
+/// spread over the contact, with the last shape before and the first after it. Without a contact
 /// they are spread over all times. `shapes` have loads.
 #[must_use]
 pub fn drawn_shapes(shapes: &[Shape], from: f64) -> Vec<Shape> {
@@ -75,8 +75,8 @@ pub fn drawn_shapes(shapes: &[Shape], from: f64) -> Vec<Shape> {
         .collect()
 }
 
-/// The stretch of arc lengths that figures show: the cells with work, and edges with work or next
-/// to it. None without work.
+/// Returns the stretch of arc lengths that figures show: the cells with work, and edges with work
+/// or next to it. `None` without work.
 fn stretch(profile: &[ProfileCell]) -> Option<[f64; 2]> {
     let worked = hull(
         profile
@@ -92,24 +92,24 @@ fn stretch(profile: &[ProfileCell]) -> Option<[f64; 2]> {
     }))
 }
 
-/// The arc lengths from the start of the first cell to the end of the last.
+/// Returns the arc lengths from the start of the first cell to the end of the last.
 fn hull<'a>(cells: impl Iterator<Item = &'a ProfileCell>) -> Option<[f64; 2]> {
     cells
         .map(ends)
         .reduce(|[start, end], [from, to]| [start.min(from), end.max(to)])
 }
 
-/// The arc lengths at the ends of a cell.
+/// Returns the arc lengths at the ends of a cell.
 fn ends(cell: &ProfileCell) -> [f64; 2] {
     [-0.5, 0.5].map(|part| cell.arc_length_m + part * cell.length_m)
 }
 
-/// A stretch with a margin at its ends.
+/// Returns a stretch with a margin at its ends.
 fn widened([start, end]: [f64; 2], margin: f64) -> [f64; 2] {
     [start - margin * (end - start), end + margin * (end - start)]
 }
 
-/// The edges within a stretch that have work.
+/// Returns the edges within a stretch that have work.
 fn worked_edges(profile: &[ProfileCell], [start, end]: [f64; 2]) -> Option<[f64; 2]> {
     let within = |cell: &&ProfileCell| {
         cell.on_edge && cell.arc_length_m >= start && cell.arc_length_m <= end
@@ -122,25 +122,25 @@ fn worked_edges(profile: &[ProfileCell], [start, end]: [f64; 2]) -> Option<[f64;
 }
 
 /// A quantity of the cells, as a figure shows it.
-struct Quantity {
+struct CellQuantity {
     label: &'static str,
     color: Color,
     value: fn(&ProfileCell) -> f64,
 }
 
-const IMPULSE: Quantity = Quantity {
+const IMPULSE: CellQuantity = CellQuantity {
     label: "normal impulse in N s/m",
     color: BLUE,
     value: |cell| cell.normal_impulse_n_s_m,
 };
-const WORK: Quantity = Quantity {
+const WORK: CellQuantity = CellQuantity {
     label: "friction work in mJ/mm",
     color: VERMILION,
     value: |cell| cell.friction_work_j_m,
 };
 
-/// Impulse and friction work per length over the arc length of the profile; a second column shows
-/// edges on a larger scale. None if the filament touches nothing.
+/// Draws impulse and friction work per length over the arc length of the profile. A second column
+/// shows edges on a larger scale. `None` without a contact.
 pub(super) fn unrolled(
     settings: &Settings,
     profile: &[ProfileCell],
@@ -149,15 +149,15 @@ pub(super) fn unrolled(
     let whole = stretch(profile)?;
     let edges = worked_edges(profile, whole);
     let has_work = profile.iter().any(|cell| cell.friction_work_j_m > 0.0);
-    let rows: &[Quantity] = if has_work {
+    let rows: &[CellQuantity] = if has_work {
         &[IMPULSE, WORK]
     } else {
         &[IMPULSE]
     };
-    let scales: Vec<Scale> = rows
+    let scales: Vec<AxisScale> = rows
         .iter()
         .map(|row| {
-            Scale::new(
+            AxisScale::new(
                 Axis::from_zero(row.label),
                 profile.iter().map(|cell| (row.value)(cell)),
             )
@@ -202,7 +202,7 @@ pub(super) fn unrolled(
         let top = first + row * (panel + BETWEEN);
         for (column, &(shown, [left, right], label)) in columns.iter().enumerate() {
             let frame = [left, top, right, top + panel];
-            let mut x = Scale::exact(
+            let mut x = AxisScale::exact(
                 Axis::linear(label),
                 shown.into_iter().map(|length| 1e3 * length),
             );
@@ -223,7 +223,7 @@ pub(super) fn unrolled(
             }
             draw_axes(&mut canvas, [&x, &y], frame);
             let level = |value: f64| y.place(value, top + panel, top);
-            let mut outline: Vec<Point> = Vec::new();
+            let mut outline: Vec<CanvasPoint> = Vec::new();
             for cell in cells() {
                 let at = level((quantity.value)(cell));
                 outline.extend(ends(cell).map(|length| (place(length), at)));
@@ -244,17 +244,17 @@ pub(super) fn unrolled(
 }
 
 /// A part of the plane of rotation on the canvas, in true scale.
-struct View {
-    frame: Frame,
+struct PlaneView {
+    frame: PixelRectangle,
     /// The point in the middle in m.
     middle: [f64; 2],
     /// Pixels per m.
     scale: f64,
 }
 
-impl View {
-    /// The box between two opposite corners in m, as large as the frame allows.
-    fn new(frame: Frame, [low, high]: [[f64; 2]; 2]) -> Self {
+impl PlaneView {
+    /// Fits the box between two opposite corners (m) into a frame.
+    fn new(frame: PixelRectangle, [low, high]: [[f64; 2]; 2]) -> Self {
         let [left, top, right, bottom] = frame;
         let (wide, tall) = (f64::from(right - left), f64::from(bottom - top));
         let scale = (wide / (high[0] - low[0])).min(tall / (high[1] - low[1]));
@@ -291,7 +291,7 @@ impl View {
     }
 }
 
-/// The pen of a line without dashes.
+/// Returns the pen of a line without dashes.
 fn solid(color: Color, tenths: i32) -> Pen {
     Pen {
         color,
@@ -301,7 +301,8 @@ fn solid(color: Color, tenths: i32) -> Pen {
     }
 }
 
-/// The box around points, with a margin that is a part of its larger side; none without points.
+/// Returns the box around points, with a margin as a share of its larger side. `None` without
+/// points.
 fn around(points: impl Iterator<Item = [f64; 2]>, margin: f64) -> Option<[[f64; 2]; 2]> {
     let boxes = points.map(|point| [point; 2]);
     let [low, high] = boxes.reduce(|[low, high], [point, _]| {
@@ -315,7 +316,7 @@ fn around(points: impl Iterator<Item = [f64; 2]>, margin: f64) -> Option<[[f64; 
 }
 
 /// Draws a bar of a round length, about a sixth of the frame's width, below the frame.
-fn scale_bar(canvas: &mut Canvas, view: &View) {
+fn scale_bar(canvas: &mut Canvas, view: &PlaneView) {
     let [_, _, right, bottom] = view.frame;
     let longest = 1e3 * f64::from(view.frame[2] - view.frame[0]) / 4.0 / view.scale;
     let power = 10_f64.powf(longest.log10().floor());
@@ -338,7 +339,7 @@ fn scale_bar(canvas: &mut Canvas, view: &View) {
     );
 }
 
-/// The quadrilateral between the ends of a stretch of the outline and the same points moved
+/// Returns the quadrilateral between the ends of a stretch of the outline and the same points moved
 /// outwards by `length` (m).
 fn raised([[x, y], [x_end, y_end]]: [[f64; 2]; 2], length: f64) -> [[f64; 2]; 4] {
     let factor = length / (x_end - x).hypot(y_end - y);
@@ -351,16 +352,16 @@ fn raised([[x, y], [x_end, y_end]]: [[f64; 2]; 2], length: f64) -> [[f64; 2]; 4]
     ]
 }
 
-/// A part of a contact in true scale: coordinates in m as they are seen.
+/// A part of a contact in true scale, in the coordinates of the view (m).
 struct Pane {
-    /// What it shows, unless that is plain.
+    /// Heading of the part; empty without one.
     name: &'static str,
-    /// Opposite corners of what is shown.
+    /// Opposite corners of the shown part.
     corners: [[f64; 2]; 2],
     surface: Vec<[f64; 2]>,
-    /// Whether the material is what the surface goes round.
+    /// `true` if the surface goes round the material.
     is_filled: bool,
-    /// The ends of the cells of the profile; none where they cannot be told from each other.
+    /// The ends of the cells of the profile; `None` where they coincide in this view.
     cells: Vec<Option<[[f64; 2]; 2]>>,
     /// Outlines of the tool's body, and of its trim.
     body: Vec<Vec<[f64; 2]>>,
@@ -383,7 +384,7 @@ impl Worked {
         })
     }
 
-    /// Places in the worked part.
+    /// Returns the places of the cells in the worked part.
     fn places<'a>(&self, profile: &'a [ProfileCell]) -> impl Iterator<Item = [f64; 2]> + 'a {
         let [from, to] = self.whole;
         let worked = profile
@@ -392,7 +393,7 @@ impl Worked {
         worked.map(|cell| [cell.x_m, cell.y_m])
     }
 
-    /// Places on the worked edges, if there are any.
+    /// Returns the places of the cells on the worked edges, if there are any.
     fn places_of_edges<'a>(
         &self,
         profile: &'a [ProfileCell],
@@ -405,12 +406,11 @@ impl Worked {
     }
 }
 
-/// How far a part around edges goes beyond them, as a part of their size, and how far one of all
-/// goes.
+/// Margin around edges, and around the whole, as a share of the size.
 const AROUND_EDGES: f64 = 0.8;
 const AROUND_ALL: f64 = 0.04;
 
-/// The view along the axis of an upright tool, and another of edges.
+/// Returns the view along the axis of an upright tool, and another of edges.
 fn upright_panes(
     settings: &Settings,
     profile: &[ProfileCell],
@@ -467,7 +467,7 @@ fn upright_panes(
     Some(panes)
 }
 
-/// The views of another tool along its axis and from the side, and another of edges.
+/// Returns the views of another tool along its axis and from the side, and another of edges.
 fn posed_panes(
     settings: &Settings,
     profile: &[ProfileCell],
@@ -478,7 +478,7 @@ fn posed_panes(
     let cells = pass.profile()?.cells;
     let mut edge = None;
     let mut panes = Vec::new();
-    for view in TiltedView::all(settings, &pass) {
+    for view in View::all(settings, &pass) {
         // As they are seen from the workpiece, which may move.
         let seen = |shape: &Shape| {
             let [x, y] = view.shift(moved(&pass, shape.time_s));
@@ -533,9 +533,9 @@ fn posed_panes(
     Some(panes)
 }
 
-/// The filament at some times on the profile in true scale, with the work as bars across the
-/// surface; another panel shows edges on a larger scale. Tools that are not upright radial ones are
-/// seen along their axis and from the side.
+/// Draws the filament at some times on the profile in true scale, with the work as bars across the
+/// surface. Another panel shows edges on a larger scale. Tools that are not upright radial ones are
+/// shown along their axis and from the side.
 pub(super) fn drawn(
     settings: &Settings,
     profile: &[ProfileCell],
@@ -576,7 +576,7 @@ pub(super) fn drawn(
     );
     let top = heading.height() + ABOVE;
     let bottom = top + format.height(DRAWN, WIDTH, 0);
-    let frames: Vec<Frame> = if is_upright {
+    let frames: Vec<PixelRectangle> = if is_upright {
         let split = if panes.len() > 1 {
             page - 24 - AROUND * page / WIDTH
         } else {
@@ -596,7 +596,7 @@ pub(super) fn drawn(
     let mut canvas = Canvas::on(format, (page, bottom + 40));
     heading.draw(&mut canvas);
     for (pane, &frame) in panes.iter().zip(&frames) {
-        let view = View::new(frame, pane.corners);
+        let view = PlaneView::new(frame, pane.corners);
         if pane.is_filled {
             view.polygon(&mut canvas, &pane.surface, MATERIAL, 1.0);
         } else {

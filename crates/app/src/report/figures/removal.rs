@@ -1,4 +1,4 @@
-//! Figures of what a brush does to an edge over time.
+//! Figures of an edge that a brush rounds over time.
 
 use std::f64::consts::PI;
 
@@ -8,11 +8,11 @@ use bristle_study::text::number::significant;
 
 use super::picture::{Picture, TOOL_RADIUS, brush_line, of_process};
 use crate::report::drawing::clip::clip_line;
-use crate::report::drawing::diagram::{Curve, Diagram, Frame, Look, draw_axes, left_of};
+use crate::report::drawing::diagram::{Curve, Diagram, Look, PixelRectangle, draw_axes, left_of};
 use crate::report::drawing::format::Format;
 use crate::report::drawing::heading::Heading;
 use crate::report::drawing::pens::pen;
-use crate::report::drawing::scale::{Axis, Scale};
+use crate::report::drawing::scale::{Axis, AxisScale};
 use crate::report::drawing::{Canvas, INK, fine, text};
 
 const RADIUS: &str = "edge_radius";
@@ -31,10 +31,10 @@ const HEIGHT: i32 = 340;
 const BOTTOM: i32 = 50;
 const RIGHT: i32 = 110;
 const MIN_HEIGHT: i32 = 170;
-/// How far faces are seen beyond the roundest arc, over its tangent length.
+/// Length of the drawn faces beyond the roundest arc, over its tangent length.
 const FACES: f64 = 1.6;
 
-/// A unit of time in which `seconds` (s) read well, and its length in s.
+/// Returns a readable unit of time for `seconds` (s), and its length in s.
 #[must_use]
 pub fn unit_of_time(seconds: f64) -> (&'static str, f64) {
     match seconds {
@@ -45,8 +45,8 @@ pub fn unit_of_time(seconds: f64) -> (&'static str, f64) {
     }
 }
 
-/// The figures of a removal: the radius over time, with the radii that were simulated; the work on
-/// the edge over its radius; the edge at five times; and, if filaments wear, force and length over
+/// Draws the figures of a removal: the radius over time, with the simulated radii; the work on the
+/// edge over its radius; the edge at five times; and, if filaments wear, force and length over
 /// time.
 #[must_use]
 pub fn removal_figures(settings: &Settings, removal: &Removal, format: &Format) -> Vec<Picture> {
@@ -142,7 +142,7 @@ pub fn removal_figures(settings: &Settings, removal: &Removal, format: &Format) 
     pictures
 }
 
-/// Whether [`removal_figures`] can make a figure of this name.
+/// Returns `true` if [`removal_figures`] can make a figure of this name.
 #[must_use]
 pub fn is_of_removal(name: &str) -> bool {
     [RADIUS, FORCE, LENGTH, SHAPE, WORK].contains(&name)
@@ -164,9 +164,9 @@ fn subtitle(settings: &Settings, removal: &Removal) -> String {
     )
 }
 
-/// The outline in m of a corner of the included angle `angle` (rad) that is rounded to `radius`
-/// (m), as far as `reach` (m) along its faces, with its bisector upwards and the sharp corner at
-/// the origin.
+/// Returns the outline in m of a rounded corner, up to `reach` (m) along its faces. It has the
+/// included angle `angle` (rad) and the radius `radius` (m). Its bisector points upwards; the sharp
+/// corner is at the origin.
 #[must_use]
 pub fn corner_outline(angle: f64, radius: f64, reach: f64) -> Vec<[f64; 2]> {
     let half = angle / 2.0;
@@ -185,7 +185,7 @@ pub fn corner_outline(angle: f64, radius: f64, reach: f64) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// The edge at some times, to scale.
+/// Draws the edge at some times, to scale.
 fn shape(settings: &Settings, removal: &Removal, format: &Format) -> Picture {
     let angle = removal.angles_rad[0];
     let rows: Vec<&RemovalRow> = (0..TIMES)
@@ -197,7 +197,7 @@ fn shape(settings: &Settings, removal: &Removal, format: &Format) -> Picture {
     let diagram = format.height(HEIGHT, WIDTH, MIN_HEIGHT);
     let depth = reach * (angle / 2.0).cos();
     let label = Axis::linear("height in mm");
-    let y = Scale::exact(label, [-1.05e3 * depth, 0.05e3 * depth].into_iter());
+    let y = AxisScale::exact(label, [-1.05e3 * depth, 0.05e3 * depth].into_iter());
     let left = left_of(format, &y);
     let heading = Heading::new(
         format,
@@ -208,19 +208,19 @@ fn shape(settings: &Settings, removal: &Removal, format: &Format) -> Picture {
     let (top, right) = (heading.height(), width - RIGHT);
     // One millimetre is as long both ways.
     let half = 1.1e3 * depth * f64::from(right - left) / f64::from(diagram) / 2.0;
-    let x = Scale::exact(
+    let x = AxisScale::exact(
         Axis::linear("across the bisector in mm"),
         [-half, half].into_iter(),
     );
     let mut canvas = Canvas::on(format, (width, top + diagram + BOTTOM));
     heading.draw(&mut canvas);
-    let frame: Frame = [left, top, right, top + diagram];
+    let frame: PixelRectangle = [left, top, right, top + diagram];
     draw_axes(&mut canvas, [&x, &y], frame);
     let far = half.max(1e3 * reach) / 1e3 / (angle / 2.0).sin();
     let (unit, second) = unit_of_time(rows.last().map_or(0.0, |row| row.time_s));
     for (i, row) in rows.iter().enumerate() {
         let place = |[across, up]: [f64; 2]| {
-            let place = |scale: &Scale, at: f64, low: i32, high: i32| {
+            let place = |scale: &AxisScale, at: f64, low: i32, high: i32| {
                 f64::from(low) + scale.part(at) * f64::from(high - low)
             };
             [

@@ -32,8 +32,8 @@ const SCRIPT: &str = concat!(
     include_str!("brush.js")
 );
 
-/// Largest number of coordinates in a page, so that it stays below 10 MB. Beyond it, points of the
-/// filaments are left out, then frames.
+/// Maximum number of coordinates in a page, which keeps it below 10 MB. A larger brush leaves out
+/// points of the filaments, then frames.
 const MAX_COORDINATES: usize = 3_000_000;
 /// Largest and least number of points of a filament.
 const MAX_POINTS: usize = 26;
@@ -46,22 +46,22 @@ struct Frames {
     times: Vec<f64>,
     /// Angles of column 0 in rad.
     tool_angles: Vec<f64>,
-    /// The filaments that are drawn, by their numbers, and the number of points in each.
+    /// Numbers of the drawn filaments, and the number of points in each.
     filaments: Vec<usize>,
     points: usize,
-    /// Points from root to tip, filament by filament, frame by frame: along the surface, above it,
-    /// and along the axis, in m. Not along the axis if every filament stays in its plane of
-    /// rotation.
+    /// Coordinates of the points from root to tip, filament by filament, frame by frame: along the
+    /// surface, above it, and along the axis, in m. The last ones are left out if every filament
+    /// stays in its plane of rotation.
     along: Packed,
     above: Packed,
     axial: Option<Packed>,
-    /// By filament and frame, in N.
+    /// Forces by filament and frame, in N.
     contact_force: Packed,
     press_force: Packed,
 }
 
 impl Frames {
-    /// The motion in `frames`; none if there are fewer than two, as nothing moves in them.
+    /// Packs the motion in `frames`; `None` if there are fewer than two, as nothing moves in them.
     fn new(frames: &[Frame], view: &View) -> Option<Self> {
         let nodes = frames
             .first()
@@ -124,7 +124,7 @@ impl Frames {
     }
 }
 
-/// Whether a filament stays in one plane of rotation.
+/// Returns `true` if a filament stays in one plane of rotation.
 fn stays_in_its_plane(frames: &[Frame], filament: usize) -> bool {
     let mut places = frames
         .iter()
@@ -134,8 +134,8 @@ fn stays_in_its_plane(frames: &[Frame], filament: usize) -> bool {
     places.all(|z| Some(z) == first)
 }
 
-/// The first of filaments that move alike, each in its own plane of rotation: only one of them can
-/// be seen along the axis.
+/// Returns the filaments without those that move like an earlier one, each in its own plane of
+/// rotation. The view along the axis shows only one of them.
 fn different(frames: &[Frame]) -> Vec<usize> {
     let mut seen = BTreeSet::new();
     let motion = |filament: usize| -> Vec<[u32; 2]> {
@@ -147,8 +147,8 @@ fn different(frames: &[Frame]) -> Vec<usize> {
         .collect()
 }
 
-/// The page of a brush. `name` is its name, such as that of its input file; `brush` was made from
-/// `result`.
+/// Returns the page of a brush. `name` is its name, such as that of its input file; `brush` was
+/// made from `result`.
 #[must_use]
 pub fn brush_page(name: &str, brush: &Brush, result: &BrushResult, notes: Notes<'_>) -> String {
     let name = &shown(name, LONGEST_NAME);
@@ -167,7 +167,7 @@ pub fn brush_page(name: &str, brush: &Brush, result: &BrushResult, notes: Notes<
     page.framed()
 }
 
-/// Figures as images, to which the style of the page does not apply.
+/// Returns figures as images, to which the style of the page does not apply.
 pub(super) fn drawings(pictures: &[Picture]) -> String {
     let figure = |Picture { name, canvas }: &Picture| {
         let image = STANDARD.encode(canvas.svg());
@@ -231,7 +231,7 @@ fn data(name: &str, brush: &Brush, result: &BrushResult) -> Value {
     })
 }
 
-/// A number of a record with what the page says of it.
+/// Returns a number of a record with its description on the page.
 fn entry<R: Record>(column: &Column<R>, record: &R) -> Value {
     let &Column {
         key,

@@ -19,10 +19,10 @@ const NEXT: &str = "  <section class=\"tables\" aria-labelledby=\"next-title\">
 {}</tbody></table>
   </section>
 ";
-/// The most forces in the table.
-const MOST: usize = 200;
+/// Maximum number of forces in the table.
+const MAX_FORCES: usize = 200;
 
-/// The page of a calibration of the input file `name`.
+/// Returns the page of a calibration of the input file `name`.
 #[must_use]
 pub fn calibration_page(name: &str, calibration: &Calibration) -> String {
     let name = escape_html(&shown(name, LONGEST_NAME));
@@ -58,7 +58,7 @@ pub fn calibration_page(name: &str, calibration: &Calibration) -> String {
         NEXT.replace("{}", &next)
     };
     let figures = drawings(&calibration_figures(calibration, &Format::default()));
-    let forces: String = (0..calibration.forces.len().min(MOST))
+    let forces: String = (0..calibration.forces.len().min(MAX_FORCES))
         .map(|row| force_row(calibration, row))
         .collect();
     let body = [
@@ -134,7 +134,7 @@ fn force_row(calibration: &Calibration, row: usize) -> String {
     )
 }
 
-/// Where a force was measured.
+/// Returns tool, speed and depth of a measured force as text.
 fn place(calibration: &Calibration, point: &MeasuredPoint) -> String {
     let depth = Setting::Number(
         bristle::model::parameters::Parameter::find(DEPTH).expect("the table has the depth"),

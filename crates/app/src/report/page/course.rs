@@ -15,7 +15,7 @@ use bristle::simulation::{Pass, ProfileCell, Sample, Sampling, Shape, Simulation
 use bristle::workpiece::ProfileCells;
 use bristle_study::grid::{PassRecorder, Study};
 
-/// How a single turn is sampled: enough for curves 600 pixels wide and for smooth motion.
+/// Sampling of a single turn: enough for curves 600 pixels wide and for smooth motion.
 const SAMPLING: Sampling = Sampling {
     samples: 301,
     shapes: 141,
@@ -23,8 +23,8 @@ const SAMPLING: Sampling = Sampling {
     profile: true,
     alongside: true,
 };
-/// How several turns are sampled. Contacts are a small part of them; more samples would make the
-/// page too large.
+/// Sampling of several turns. Contacts are a small part of them; more samples would make the page
+/// too large.
 const SAMPLING_OF_TURNS: Sampling = Sampling {
     samples: 1201,
     shapes: 281,
@@ -35,27 +35,27 @@ const MAX_POINTS: usize = 26;
 
 /// The course of one case.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Course {
+pub struct CaseCourse {
     case: usize,
     /// The course as the script reads it, in SI units.
     pub(super) data: Value,
 }
 
-/// Points along and above the surface in m.
+/// Returns points along and above the surface (m) for the script.
 fn polyline(points: &[[f64; 2]]) -> Value {
     let [along, above] = [0, 1].map(|k| Packed::new(points.iter().map(|point| point[k])));
     json!({ "along": along, "above": above })
 }
 
-/// The outline of the workpiece where its profile is stated, with the material on its right-hand
-/// side, and whether it goes round the material.
+/// Returns the outline of the workpiece at its stated place, with the material on the right-hand
+/// side. A flag is `true` if the outline goes round the material.
 pub(super) fn outline(view: &View) -> Value {
     let mut outline = polyline(&view.surface.points);
     outline["solid"] = json!(view.surface.is_filled);
     outline
 }
 
-/// A view of `shapes`, of which the nodes `drawn` are shown, and of the `boundaries` of worked cells.
+/// Returns a view of the nodes `drawn` of `shapes`, and of the `boundaries` of worked cells.
 fn seen(
     view: &View,
     pass: &Pass,
@@ -79,21 +79,21 @@ fn seen(
         |lines: &[Vec<[f64; 2]>]| lines.iter().map(|line| polyline(line)).collect::<Vec<_>>();
     json!({
         "name": view.name,
-        // Left, right, lower and upper end of what is shown.
+        // Left, right, lower and upper end of the view.
         "window": window.as_flattened(),
         "outline": outline(view),
         // Outlines of the body and of the undeformed trim.
         "body": lines(&view.body),
         "trim": lines(&view.trim),
-        // The ends of the cells of the work; none where they cannot be told from each other.
+        // The ends of the cells of the work; none where they coincide in this view.
         "work": work.as_deref().map(polyline),
-        // Points from root to tip, shape by shape, and how far the workpiece has moved with each.
+        // Points from root to tip, shape by shape, and the displacement of the workpiece at each.
         "nodes": polyline(&nodes),
         "moved": polyline(&moved.collect::<Vec<_>>()),
     })
 }
 
-impl Course {
+impl CaseCourse {
     /// Number of the case in its study, counted from 0.
     #[must_use]
     pub fn case(&self) -> usize {
@@ -134,8 +134,8 @@ impl Course {
             // Duration of a turn, and `p_n` of each turn.
             "turn": pass.turn_time(),
             "turn_impulses": impulses.copied().map(rounded).collect::<Vec<_>>(),
-            // The work by cells of the profile: their number and arc lengths, of which there is one
-            // more; 1 on an edge, and normal impulse and friction work per length.
+            // The work by cells of the profile: their number; their arc lengths, one more than
+            // cells; 1 on an edge; normal impulse and friction work per length.
             "work": {
                 "cells": cells.cells.len(),
                 "arc_length": Packed::new(cells.boundaries()),
@@ -151,7 +151,7 @@ impl Course {
             "kinetic": curve(&|sample| sample.kinetic_energy_j),
             "potential": curve(&|sample| sample.potential_energy_j),
             "dissipated": curve(&|sample| sample.dissipated_energy_j),
-            // Heights above the workpiece, of tools that are no upright radial ones.
+            // Heights above the workpiece, unless the tool is an upright radial one.
             "tip_height": is_posed.then(|| curve(&tip)),
             "root_height": is_posed.then(|| curve(&root)),
             // Number of shapes, and of points in each.
@@ -163,7 +163,7 @@ impl Course {
     }
 }
 
-/// The cells of `profile` from the first that has work to the one after the last.
+/// Returns the range of the cells of `profile` with work: the first, and the one after the last.
 fn worked(profile: &[ProfileCell]) -> [usize; 2] {
     let has_work = |cell: &ProfileCell| cell.normal_impulse_n_s_m > 0.0;
     let first = profile.iter().position(has_work).unwrap_or(0);
@@ -176,8 +176,8 @@ fn worked(profile: &[ProfileCell]) -> [usize; 2] {
     ]
 }
 
-/// The mean of `F_n` in N since the previous sample. Unlike values at the samples, it misses no
-/// impact, and its integral is `p_n`.
+/// Returns the mean of `F_n` in N since the previous sample. Unlike values at the samples, it
+/// misses no impact, and its integral is `p_n`.
 fn mean_forces(history: &[Sample]) -> Vec<f64> {
     let mean = |pair: &[Sample]| {
         let rise = pair[1].contact_normal_impulse_n_s - pair[0].contact_normal_impulse_n_s;
@@ -189,7 +189,7 @@ fn mean_forces(history: &[Sample]) -> Vec<f64> {
 }
 
 /// Records the courses of the cases that the page of a study shows in motion.
-pub type CourseRecorder<'a> = PassRecorder<'a, Course>;
+pub type CourseRecorder<'a> = PassRecorder<'a, CaseCourse>;
 
 /// Returns the recorder of a study's courses: at most [`MAX_COURSES`](super::MAX_COURSES), evenly
 /// spread over the grid. Brushes have none.
@@ -205,7 +205,7 @@ pub fn course_recorder(study: &Study) -> CourseRecorder<'_> {
     } else {
         SAMPLING
     };
-    PassRecorder::new(study, cases, sampling, Course::new)
+    PassRecorder::new(study, cases, sampling, CaseCourse::new)
 }
 
 #[cfg(test)]
@@ -231,10 +231,10 @@ mod tests {
         let mut settings = settings();
         settings.workpiece.kind = WorkpieceKind::plane([1.0, 2.0, 0.5]);
         let simulation = simulate_with(&settings, SAMPLING).expect("the pass ends");
-        let course = Course::new(0, &settings, &simulation);
+        let course = CaseCourse::new(0, &settings, &simulation);
         let [shapes, points] = ["shapes", "points"].map(|key| course.data[key].as_u64());
         assert_eq!((shapes, points), (Some(SAMPLING.shapes as u64), Some(26)));
-        // But for what the contact gives way, and a step of packing.
+        // Except for the penetration of the contact, and a step of packing.
         let least = &course.data["views"][0]["nodes"]["above"]["least"];
         assert!(
             least
@@ -280,7 +280,7 @@ mod tests {
         let alone = (0..3).map(|case| {
             let settings = study.settings(case);
             let simulation = simulate_with(&settings, SAMPLING).expect("the pass ends");
-            Course::new(case, &settings, &simulation)
+            CaseCourse::new(case, &settings, &simulation)
         });
         assert!(courses == alone.collect::<Vec<_>>());
     }

@@ -1,7 +1,9 @@
 //! Measured forces on the page of a study: a table with the simulated ones, and marks on map and
 //! curve.
 
-use crate::insight::measured::{Comparison, Deviation, Missing, Point, Simulated};
+use crate::insight::measured::{
+    ComparedPoint, ForceComparison, ForceDeviation, Missing, SimulatedForce,
+};
 use bristle::model::parameters::Parameter;
 use bristle_study::grid::{DEPTH, SPEED, Study, VELOCITY};
 use bristle_study::input::measured::{Measurement, Speed};
@@ -9,11 +11,11 @@ use serde_json::{Value, json};
 
 use super::packed::rounded;
 
-/// The largest numbers of comparisons, and of points in each, on a page.
+/// Maximum numbers of comparisons on a page, and of points in each.
 const MAX_SHOWN: (usize, usize) = (4, 100);
 
-/// Measured and simulated forces for the script; `null` without any.
-pub(super) fn measured_data(study: &Study, comparisons: &[Comparison]) -> Value {
+/// Returns measured and simulated forces for the script; `null` without any.
+pub(super) fn measured_data(study: &Study, comparisons: &[ForceComparison]) -> Value {
     let Some(first) = comparisons
         .first()
         .and_then(|comparison| comparison.points.first())
@@ -38,14 +40,14 @@ pub(super) fn measured_data(study: &Study, comparisons: &[Comparison]) -> Value 
     })
 }
 
-fn comparison_data(study: &Study, comparison: &Comparison) -> Value {
-    let Comparison {
+fn comparison_data(study: &Study, comparison: &ForceComparison) -> Value {
+    let ForceComparison {
         fixed,
         condition,
         points,
     } = comparison;
-    // The value on each axis of the study; those of one value do not distinguish points.
-    let on_axis = |point: &Point, path: &str| match path {
+    // The value on each axis of the study. An axis with a single value does not distinguish points.
+    let on_axis = |point: &ComparedPoint, path: &str| match path {
         DEPTH => Some(point.measured.penetration_depth_m),
         _ if path == study.speed().path => Some(point.across),
         _ => fixed
@@ -53,7 +55,7 @@ fn comparison_data(study: &Study, comparison: &Comparison) -> Value {
             .find(|(other, _)| other.path() == path)
             .map(|(_, value)| *value),
     };
-    let point_data = |point: &Point| {
+    let point_data = |point: &ComparedPoint| {
         let Measurement {
             speed,
             penetration_depth_m,
@@ -66,7 +68,7 @@ fn comparison_data(study: &Study, comparison: &Comparison) -> Value {
             .iter()
             .map(|axis| on_axis(point, axis.path()))
             .collect::<Vec<_>>();
-        let simulated = |value: fn(Simulated) -> f64| {
+        let simulated = |value: fn(SimulatedForce) -> f64| {
             point
                 .simulated
                 .ok()
@@ -85,7 +87,7 @@ fn comparison_data(study: &Study, comparison: &Comparison) -> Value {
             "outside": point.simulated.err() == Some(Missing::Outside),
         })
     };
-    let deviation = comparison.deviation().map(|Deviation { count, bias_n, rmse_n, within }| {
+    let deviation = comparison.deviation().map(|ForceDeviation { count, bias_n, rmse_n, within }| {
         json!({ "count": count, "bias": rounded(bias_n), "rmse": rounded(rmse_n), "within": within })
     });
     json!({

@@ -9,10 +9,10 @@ use serde_json::{Value, json};
 use crate::insight::advice::{Answer, headline};
 use crate::insight::assumptions::Assumptions;
 use crate::insight::findings::Finding;
-use crate::insight::measured::Comparison;
+use crate::insight::measured::ForceComparison;
 use crate::insight::quantity::{TOOL_FORCE, main_metric};
 use crate::store::method::method_of_study;
-use crate::store::results::Origin;
+use crate::store::results::BuildOrigin;
 use bristle::equations;
 use bristle::model::metrics::{Metrics, SWEEPING_RATIO, UNSTABLE_AMPLIFICATION, tool_force};
 use bristle::model::parameters::{PARAMETERS, Parameter};
@@ -37,14 +37,14 @@ mod selection;
 
 pub use brush::brush_page;
 pub use calibration::calibration_page;
-pub use course::{Course, CourseRecorder, course_recorder};
+pub use course::{CaseCourse, CourseRecorder, course_recorder};
 pub use removal::removal_page;
 pub use selection::{MAX_CASES_SHOWN, MAX_COURSES};
 
 use packed::rounded;
 use selection::Selection;
 
-/// A document, and the body of most pages, with places to be filled in.
+/// Templates: a document, and the body of most pages.
 const DOCUMENT: &str = include_str!("document.html");
 const FRAME: &str = include_str!("frame.html");
 const SECTIONS: &str = include_str!("study.html");
@@ -68,10 +68,10 @@ pub struct ReportContext<'a> {
     /// Statement of the input file besides settings.
     pub statement: &'a Statement,
     /// The build that simulated the study.
-    pub origin: &'a Origin,
+    pub origin: &'a BuildOrigin,
     /// Settings that the file leaves to their defaults.
     pub assumptions: &'a Assumptions,
-    /// The answer to what the file asks for.
+    /// The answer to the goal of the file.
     pub answer: Option<&'a Answer>,
     /// The forces with which the study is compared.
     pub measured: &'a [Measurement],
@@ -79,14 +79,14 @@ pub struct ReportContext<'a> {
     pub findings: &'a [Finding],
 }
 
-/// The page of a study. `results` has one result per case, in order; `comparisons` are those with
-/// measured forces.
+/// Returns the page of a study. `results` has one result per case, in order; `comparisons` are
+/// those with measured forces.
 #[must_use]
 pub fn page(
     study: &Study,
     results: &[CaseResult],
-    courses: &[Course],
-    comparisons: &[Comparison],
+    courses: &[CaseCourse],
+    comparisons: &[ForceComparison],
     context: &ReportContext<'_>,
 ) -> String {
     let name = &shown(&context.statement.title, LONGEST_NAME);
@@ -109,19 +109,19 @@ pub fn page(
     page.framed()
 }
 
-/// What a reader should know about the settings of a page.
+/// Notes on the settings of a page.
 #[derive(Clone, Copy)]
 pub struct Notes<'a> {
-    /// What is unusual about them.
+    /// Unusual settings.
     pub unusual: &'a [Unusual],
     /// Findings about the results.
     pub findings: &'a [Finding],
-    /// Those that the input file leaves to their defaults.
+    /// Settings that the input file leaves to their defaults.
     pub assumptions: &'a Assumptions,
 }
 
 impl Notes<'_> {
-    /// For the script.
+    /// Returns the notes for the script.
     fn data(&self) -> Value {
         json!({
             "warnings": self.unusual.iter().map(|unusual| &unusual.statement).collect::<Vec<_>>(),
@@ -131,26 +131,26 @@ impl Notes<'_> {
     }
 }
 
-/// What a page has of its own.
+/// Content of one page.
 struct Page<'a> {
     /// Plain text.
     title: &'a str,
-    /// What it is about. This and the next two are HTML.
+    /// Description of the subject. This and the next two are HTML.
     subject: &'static str,
     /// A note for browsers that run no scripts.
     without_scripts: &'static str,
-    /// The sections before those that each page ends with.
+    /// The sections before the last ones, which all pages share.
     sections: &'a str,
     notes: Notes<'a>,
     /// The method of the results, as plain text.
     method: &'a str,
-    /// What the script reads beside the notes.
+    /// Data for the script besides the notes.
     data: Value,
     script: &'static str,
 }
 
 impl Page<'_> {
-    /// The whole page.
+    /// Returns the whole page.
     fn framed(self) -> String {
         let Self {
             title,
@@ -175,10 +175,10 @@ impl Page<'_> {
     }
 }
 
-/// The part of a document's policy that lets scripts run.
+/// Part of a document's policy that allows scripts.
 const SCRIPTS: &str = " script-src 'unsafe-inline';";
 
-/// The document of a body. `title` is HTML.
+/// Returns the document of a body. `title` is HTML.
 fn document(title: &str, style: &str, scripts: &str, body: &str) -> String {
     fill(
         DOCUMENT,
@@ -221,15 +221,15 @@ fn escape_html(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-/// The first of some lines, and the items of a list of the others, as HTML.
+/// Returns the first line, and the others as items of a list, as HTML.
 fn lead_and_items(lines: &[String]) -> [String; 2] {
     let (lead, others) = lines.split_first().expect("a page has a first line");
     let item = |line: &String| format!("<li>{}</li>", escape_html(line));
     [escape_html(lead), others.iter().map(item).collect()]
 }
 
-/// JSON for a `<script>`, which it must neither end nor open a comment in. It has `<` in strings
-/// only, where it may be escaped.
+/// Returns JSON for a `<script>`. It must neither end the script nor open a comment, so `<` is
+/// escaped. JSON has this character in strings only.
 fn script_data(data: &Value) -> String {
     let json = serde_json::to_string(data).expect("a value of JSON can be written");
     // A page of megabytes is not copied for nothing.
@@ -240,7 +240,8 @@ fn script_data(data: &Value) -> String {
     }
 }
 
-/// A column in all cases, for the script; `null` where a case failed or the value is unknown.
+/// Returns a column in all cases, for the script; `null` where a case failed or the value is
+/// unknown.
 fn quantity<R: Record>(
     column: &Column<R>,
     summaries: &[Option<CaseSummary>],
@@ -263,16 +264,16 @@ fn quantity<R: Record>(
         "unit": unit,
         "name": name,
         "meaning": meaning,
-        // Whether it is one of the few that a report is read for.
+        // `true` for one of the few main quantities of a report.
         "headline": display.prominence == Prominence::Headline,
         "logarithmic": display.scale == Scale::Logarithmic,
-        // The range of its colours, if that is not the range of its values.
+        // The range of its colours, if it differs from the range of its values.
         "range": display.range.map(|range| range.map(|end| end / display.factor)),
         "values": summaries.iter().map(number).collect::<Vec<_>>(),
     })
 }
 
-/// Whether some value of a [`quantity`] is known and not zero.
+/// Returns `true` if some value of a [`quantity`] is known and not zero.
 fn tells(quantity: &Value) -> bool {
     let values = quantity["values"].as_array();
     values
@@ -285,8 +286,8 @@ fn data(
     name: &str,
     study: &Study,
     results: &[CaseResult],
-    courses: &[Course],
-    comparisons: &[Comparison],
+    courses: &[CaseCourse],
+    comparisons: &[ForceComparison],
     context: &ReportContext<'_>,
 ) -> Value {
     let shown = Selection::shown(study);
@@ -306,7 +307,7 @@ fn data(
             "symbol": symbol,
             "name": setting.name(),
             "unit": unit,
-            // The values shown; of named tools their positions, and the names.
+            // The shown values; for named tools their positions, and the names.
             "values": positions.iter().map(|&at| axis.values()[at]).collect::<Vec<_>>(),
             "names": setting.names().map(chosen),
             // Their positions among all values, and the number of all values, which give the row
@@ -334,7 +335,7 @@ fn data(
             .iter()
             .filter(|_| study.has_brush())
             .partition(|column| column.display.prominence == Prominence::Headline);
-    // What interaction changes comes first.
+    // Effects of interaction come first.
     let metrics = headlines.into_iter().map(interaction).chain(metrics);
     // Without scatter there is no band, and inputs that do not scatter have no share.
     let mut quantities: Vec<Value> = metrics
@@ -394,7 +395,7 @@ fn data(
     })
 }
 
-/// The settings that are assumed, and what a change of each does.
+/// Returns the assumed settings, with the effect of a change of each.
 fn assumptions_data(assumptions: &Assumptions) -> Value {
     let entry = |assumption: &ForceSensitivity| {
         let &ForceSensitivity {
@@ -425,8 +426,8 @@ fn assumptions_data(assumptions: &Assumptions) -> Value {
     json!({ "row": row, "place": place, "list": list, "notes": assumptions.notes() })
 }
 
-/// The order of metrics on the page: the most prominent first, with all those of the tool together.
-/// A depth is shown where it is a result.
+/// Returns the place of a metric on the page: the most prominent come first, with all those of the
+/// tool together. A depth is shown where it is a result.
 fn place_on_page(column: &Column<Metrics>) -> Prominence {
     match column.display.scope {
         _ if column.key == "penetration_depth_m" => Prominence::Headline,
@@ -436,8 +437,8 @@ fn place_on_page(column: &Column<Metrics>) -> Prominence {
     }
 }
 
-/// Uncertainty of the tool force in N, from that of the number of filaments: `ΔF_n,w = p_n ΔN_f
-/// ω/(2π)`.
+/// Returns the uncertainty of the tool force in N, from that of the number of filaments: `ΔF_n,w =
+/// p_n ΔN_f ω/(2π)`.
 fn uncertainty(settings: &Settings, summary: &CaseSummary) -> f64 {
     let rate = settings.angular_velocity_rad_s();
     let impulse = summary.metrics.contact_normal_impulse_n_s;
@@ -448,7 +449,7 @@ fn uncertainty(settings: &Settings, summary: &CaseSummary) -> f64 {
     ))
 }
 
-/// The settings of a study. Those that differ between named tools have a value for each.
+/// Returns the settings of a study. Settings that differ between named tools have a value for each.
 fn study_settings(study: &Study) -> Vec<Value> {
     let tools = study.tools().len().max(1);
     let first_case = |tool: usize| study.settings(tool * (study.case_count() / tools));
@@ -457,7 +458,7 @@ fn study_settings(study: &Study) -> Vec<Value> {
     let position = |settings: &[Value], entry: &Value| {
         settings.iter().position(|own| own["path"] == entry["path"])
     };
-    // What only some have comes behind what precedes it there.
+    // A setting of some tools only follows the setting that precedes it there.
     let mut merged: Vec<Value> = Vec::new();
     for settings in &of_tools {
         let mut next = 0;
@@ -481,8 +482,8 @@ fn study_settings(study: &Study) -> Vec<Value> {
 }
 
 /// Path, symbol, name and unit of the settings that are not numbers, each after the path of the
-/// number that it precedes. Those that the settings do not state, as of another kind of workpiece
-/// or without a brush, are left out.
+/// number that it precedes. Absent settings are left out, such as those of another kind of
+/// workpiece.
 const NOT_NUMBERS: [(&str, [&str; 4]); 11] = [
     ("tool.body_radius_m", ["tool.kind", "", "kind of tool", ""]),
     (
@@ -547,8 +548,8 @@ const NOT_NUMBERS: [(&str, [&str; 4]); 11] = [
     ),
 ];
 
-/// All settings; those that are swept have no value. Without a brush there are none of `[brush]`,
-/// and likewise of `[removal]`.
+/// Returns all settings; swept ones have no value. Without a brush there are none of `[brush]`, and
+/// likewise of `[removal]`.
 fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value> {
     let entry = |[path, symbol, name, unit]: [&str; 4], value: Value| json!({ "path": path, "symbol": symbol, "name": name, "unit": unit, "value": value });
     let all = serde_json::to_value(base).expect("settings have texts as keys");
@@ -584,7 +585,7 @@ fn settings(base: &Settings, is_swept: impl Fn(&Parameter) -> bool) -> Vec<Value
                 "process.tool_force_n" if base.process.tool_force_n.is_none() => {
                     json!("none: the depth is stated")
                 }
-                // What follows from others is rounded.
+                // Derived settings are rounded.
                 _ if !parameter.instead_of.is_empty() => json!(rounded(number)),
                 // A number, or a word, or nothing.
                 "process.turns" | "brush.columns" | "brush.rows" | "brush.contact_points" => {

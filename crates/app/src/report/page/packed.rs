@@ -48,7 +48,7 @@ impl Packed {
     }
 }
 
-/// Six significant digits: one more than the page shows.
+/// Rounds to six significant digits, one more than the page shows.
 pub(super) fn rounded(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }

@@ -1,4 +1,4 @@
-//! The page of a removal, on which the edge grows round as a slider moves.
+//! The page of a removal. A slider shows how the edge becomes round.
 
 use bristle::model::settings::Settings;
 use bristle_study::grid::removal::{Removal, RemovalRow};
@@ -23,10 +23,10 @@ const OWN_STYLE: &str = "
 ";
 /// Rows of the table.
 const ROWS: usize = 11;
-/// How far faces are seen beyond the roundest arc, over its tangent length.
+/// Length of the drawn faces beyond the roundest arc, over its tangent length.
 const FACES: f64 = 1.6;
 
-/// The page of a removal by the settings of the input file `name`.
+/// Returns the page of a removal by the settings of the input file `name`.
 #[must_use]
 pub fn removal_page(name: &str, settings: &Settings, removal: &Removal) -> String {
     let name = escape_html(&shown(name, LONGEST_NAME));

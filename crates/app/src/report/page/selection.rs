@@ -3,13 +3,13 @@
 use crate::insight::slices::spread;
 use bristle_study::grid::Study;
 
-/// Maximum number of cases in a page. A page of a larger study has a selection, and stays below 10
-/// MB.
+/// Maximum number of cases in a page, which keeps it below 10 MB. The page of a larger study has a
+/// selection.
 pub const MAX_CASES_SHOWN: usize = 20_000;
 /// Maximum number of cases whose courses are shown.
 pub const MAX_COURSES: usize = 120;
 
-/// A selection of the cases of a study, which form a grid.
+/// A selection of the cases of a study, again a grid.
 #[derive(Debug)]
 pub(super) struct Selection {
     /// The positions of the selected values on each axis.
@@ -19,7 +19,7 @@ pub(super) struct Selection {
 }
 
 impl Selection {
-    /// The cases that the page shows.
+    /// Selects the cases that the page shows.
     pub(super) fn shown(study: &Study) -> Self {
         let all = study
             .sweeps()
@@ -29,7 +29,7 @@ impl Selection {
         Self::on(study, thinned(all, MAX_CASES_SHOWN))
     }
 
-    /// The cases whose courses it shows, from these.
+    /// Selects the cases whose courses the page shows.
     pub(super) fn with_course(study: &Study) -> Self {
         Self::on(study, thinned(Self::shown(study).positions, MAX_COURSES))
     }

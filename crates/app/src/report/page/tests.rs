@@ -9,7 +9,7 @@ use crate::testing::brush;
 use bristle::model::parameters::PARAMETERS;
 use bristle::model::settings::{BrushSettings, ChamferSettings, ProfileSettings, WorkpieceKind};
 use bristle::simulation::Statistics;
-use bristle_study::grid::{Sweep, Tool};
+use bristle_study::grid::{StudyTool, Sweep};
 use bristle_study::input::document::Document;
 use bristle_study::input::measured::{Measurement, Speed};
 
@@ -81,8 +81,8 @@ fn made_up(count: usize) -> Vec<CaseResult> {
 fn page_of(
     study: &Study,
     results: &[CaseResult],
-    courses: &[Course],
-    comparisons: &[Comparison],
+    courses: &[CaseCourse],
+    comparisons: &[ForceComparison],
 ) -> String {
     let statement = Statement {
         title: "study.toml".to_owned(),
@@ -95,12 +95,12 @@ fn page_with(
     statement: &Statement,
     study: &Study,
     results: &[CaseResult],
-    courses: &[Course],
-    comparisons: &[Comparison],
+    courses: &[CaseCourse],
+    comparisons: &[ForceComparison],
 ) -> String {
     let context = ReportContext {
         statement,
-        origin: &Origin::here(),
+        origin: &BuildOrigin::here(),
         assumptions: &Assumptions::default(),
         answer: None,
         measured: &[],
@@ -110,7 +110,7 @@ fn page_with(
 }
 
 /// The courses of a study.
-fn courses(study: &Study, results: &[CaseResult]) -> Vec<Course> {
+fn courses(study: &Study, results: &[CaseResult]) -> Vec<CaseCourse> {
     course_recorder(study)
         .finish(results, None)
         .expect("the threads start")
@@ -220,7 +220,7 @@ fn findings_and_the_method_are_on_the_page() {
     );
     assert!(page.contains(&escape_html(&method_of_study(
         &study,
-        &Origin::here().version
+        &BuildOrigin::here().version
     ))));
 }
 
@@ -344,7 +344,7 @@ fn settings_of_tools_are_merged_by_their_paths() {
     let mut edge = plane.clone();
     edge.workpiece.kind = WorkpieceKind::edge(1e-3);
     for order in [[&plane, &edge], [&edge, &plane]] {
-        let tool = |(position, settings): (usize, &&Settings)| Tool {
+        let tool = |(position, settings): (usize, &&Settings)| StudyTool {
             name: format!("tool {position}"),
             settings: (*settings).clone(),
             held: Vec::new(),

@@ -7,7 +7,7 @@ use bristle::model::record::{Column, Display, Scalar};
 use bristle::model::settings::Settings;
 use serde::Serialize;
 
-use super::tables::{Cell, Known, cells_of, keys_of, read_rows, write_columns};
+use super::tables::{Known, TableCell, cells_of, keys_of, read_rows, write_columns};
 use bristle_study::grid::brush::{Having, filament_columns};
 use bristle_study::grid::uncertainty::ForceScatter;
 use bristle_study::grid::{Interaction, turn_impulses};
@@ -87,7 +87,7 @@ pub fn write_brush_metrics(
     band: Option<&ForceScatter>,
 ) -> io::Result<()> {
     #[derive(Serialize)]
-    struct Flat<'a> {
+    struct BrushFields<'a> {
         brushing_velocity_m_s: f64,
         rotational_speed_rpm: f64,
         #[serde(flatten)]
@@ -109,7 +109,7 @@ pub fn write_brush_metrics(
         effort,
     } = result.statistics;
     let (metrics, interaction) = (&result.tool, Interaction::of(result));
-    let flat = Flat {
+    let flat = BrushFields {
         brushing_velocity_m_s: settings.process.brushing_velocity_m_s,
         rotational_speed_rpm: settings.rotational_speed_rpm(),
         metrics: Known(
@@ -159,7 +159,7 @@ pub fn write_filaments(out: impl Write, filaments: &[FilamentResult]) -> io::Res
             cells_of(REST.iter(), Some(filament)),
         ]
         .concat();
-        writer.write_record(row.into_iter().map(Cell::into_text))?;
+        writer.write_record(row.into_iter().map(TableCell::into_text))?;
     }
     writer.flush()
 }

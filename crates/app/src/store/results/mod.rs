@@ -14,11 +14,11 @@ pub use brush::{
     write_brush_history, write_brush_metrics, write_contacts, write_filaments,
 };
 pub use saved::{
-    FileHashes, Origin, SavedCase, SavedStudy, case_text, read_case, read_study, study_text,
+    BuildOrigin, FileHashes, SavedCase, SavedStudy, case_text, read_case, read_study, study_text,
     study_text_from,
 };
 pub use tables::{
-    Cell, FIXED_COLUMNS, absent_from, cells, keys, read_history, read_profile, read_runs,
+    FIXED_COLUMNS, TableCell, absent_from, cells, keys, read_history, read_profile, read_runs,
     read_shapes, read_turn_impulses, run_columns, run_rows, write_edge_work, write_history,
     write_metrics, write_positions, write_profile, write_removal_rows, write_runs, write_shapes,
 };
@@ -88,7 +88,7 @@ mod tests {
             study_text(&read.study, runs.as_bytes(), read.measured),
             saved
         );
-        assert_eq!(read.origin, Origin::here());
+        assert_eq!(read.origin, BuildOrigin::here());
         assert_eq!(read.origin.equations, FINGERPRINT);
         for case in 0..study.case_count() {
             assert_eq!(read.study.settings(case), study.settings(case));

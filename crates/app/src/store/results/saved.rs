@@ -25,14 +25,14 @@ const CHANGED: &str = "the file has changed since it was written";
 
 /// The build of Bristle that simulated a study.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Origin {
+pub struct BuildOrigin {
     /// Version of Bristle.
     pub version: String,
     /// SHA-256 of the equations.
     pub equations: String,
 }
 
-impl Origin {
+impl BuildOrigin {
     /// Returns this build.
     #[must_use]
     pub fn here() -> Self {
@@ -65,7 +65,7 @@ pub struct SavedStudy {
     /// The grid of settings.
     pub study: Study,
     /// The build that simulated the study.
-    pub origin: Origin,
+    pub origin: BuildOrigin,
     /// Statement of its input file.
     pub statement: Statement,
     /// `true` if the directory of the study also has measured forces.
@@ -219,7 +219,7 @@ impl CaseFile {
 pub fn study_text(study: &Study, runs: &[u8], measured: bool) -> String {
     study_text_from(
         study,
-        &Origin::here(),
+        &BuildOrigin::here(),
         &Statement::default(),
         &[],
         Some(runs),
@@ -233,7 +233,7 @@ pub fn study_text(study: &Study, runs: &[u8], measured: bool) -> String {
 #[must_use]
 pub fn study_text_from(
     study: &Study,
-    origin: &Origin,
+    origin: &BuildOrigin,
     statement: &Statement,
     findings: &[Value],
     runs: Option<&[u8]>,
@@ -332,7 +332,7 @@ pub fn read_study(text: &str, name: &str) -> Result<SavedStudy, DataError> {
     }
     Ok(SavedStudy {
         study,
-        origin: Origin {
+        origin: BuildOrigin {
             version: file.bristle_version,
             equations: file.equations_sha256,
         },

@@ -46,7 +46,7 @@ pub const OK: &str = "ok";
 
 /// A cell of a table: the type of its column, and its value, if any.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Cell {
+pub enum TableCell {
     /// A real number.
     Real(Option<f64>),
     /// A count.
@@ -55,7 +55,7 @@ pub enum Cell {
     Text(String),
 }
 
-impl Cell {
+impl TableCell {
     fn setting(setting: &Setting, value: f64) -> Self {
         match setting {
             Setting::Number(parameter) if parameter.range.whole => {
@@ -90,7 +90,7 @@ pub(super) fn keys_of<R: 'static>(
 
 /// Returns the cells of a record; empty cells if there is none.
 #[must_use]
-pub fn cells<R: Record>(record: Option<&R>) -> Vec<Cell> {
+pub fn cells<R: Record>(record: Option<&R>) -> Vec<TableCell> {
     cells_of(R::COLUMNS.iter(), record)
 }
 
@@ -98,13 +98,13 @@ pub fn cells<R: Record>(record: Option<&R>) -> Vec<Cell> {
 pub(super) fn cells_of<R: 'static>(
     columns: impl Iterator<Item = &'static Column<R>>,
     record: Option<&R>,
-) -> Vec<Cell> {
+) -> Vec<TableCell> {
     let cell = |column: &Column<R>| {
         let value = record.map(|record| column.get(record));
         if column.whole {
-            Cell::Count(value.map(|count| count as usize))
+            TableCell::Count(value.map(|count| count as usize))
         } else {
-            Cell::Real(value)
+            TableCell::Real(value)
         }
     };
     columns.map(cell).collect()
@@ -121,7 +121,7 @@ pub fn write_runs(out: impl Write, study: &Study, results: &[CaseResult]) -> io:
     let mut writer = csv::Writer::from_writer(out);
     writer.write_record(run_columns(study, results))?;
     for row in run_rows(study, results) {
-        writer.write_record(row.into_iter().map(Cell::into_text))?;
+        writer.write_record(row.into_iter().map(TableCell::into_text))?;
     }
     writer.flush()
 }
@@ -172,16 +172,16 @@ fn are_checked(results: &[CaseResult]) -> bool {
 }
 
 /// Returns the rows of a study's table, for the columns [`run_columns`].
-pub fn run_rows(study: &Study, results: &[CaseResult]) -> impl Iterator<Item = Vec<Cell>> {
+pub fn run_rows(study: &Study, results: &[CaseResult]) -> impl Iterator<Item = Vec<TableCell>> {
     let columns = setting_columns(study);
     let (scatters, has_brush, takes_turns) =
         (study.scatters(), study.has_brush(), study.takes_turns());
     let having = Having::of_study(study);
     let are_checked = are_checked(results);
     results.iter().enumerate().map(move |(case, result)| {
-        let mut row: Vec<Cell> = columns
+        let mut row: Vec<TableCell> = columns
             .iter()
-            .map(|(_, setting)| Cell::setting(setting, study.value(setting, case)))
+            .map(|(_, setting)| TableCell::setting(setting, study.value(setting, case)))
             .collect();
         let summary = result.as_ref().ok();
         row.extend(cells_of(
@@ -208,14 +208,14 @@ pub fn run_rows(study: &Study, results: &[CaseResult]) -> impl Iterator<Item = V
                 .iter()
                 .map(|impulse| format!("{impulse:?}"))
                 .collect();
-            row.push(Cell::Text(impulses.join(" ")));
+            row.push(TableCell::Text(impulses.join(" ")));
         }
         if are_checked {
-            row.push(Cell::Real(
+            row.push(TableCell::Real(
                 summary.and_then(|summary| summary.change_when_checked),
             ));
         }
-        row.push(Cell::Text(
+        row.push(TableCell::Text(
             result.as_ref().err().map_or(OK, String::as_str).to_owned(),
         ));
         row
@@ -241,7 +241,7 @@ pub fn write_metrics(
     simulation: &Simulation,
 ) -> io::Result<()> {
     #[derive(Serialize)]
-    struct Flat<'a> {
+    struct CaseFields<'a> {
         brushing_velocity_m_s: f64,
         rotational_speed_rpm: f64,
         #[serde(flatten)]
@@ -256,7 +256,7 @@ pub fn write_metrics(
         turn_contact_normal_impulses_n_s,
         ..
     } = simulation;
-    let flat = Flat {
+    let flat = CaseFields {
         brushing_velocity_m_s: settings.process.brushing_velocity_m_s,
         rotational_speed_rpm: settings.rotational_speed_rpm(),
         metrics: Known(
@@ -282,11 +282,11 @@ pub fn write_metrics(
 /// If the text is not what [`write_metrics`] writes.
 pub fn read_turn_impulses(text: &str, name: &str) -> Result<Vec<f64>, DataError> {
     #[derive(Deserialize)]
-    struct Turns {
+    struct TurnImpulses {
         turn_contact_normal_impulses_n_s: Vec<f64>,
     }
     let source = Source { name, text };
-    let Turns {
+    let TurnImpulses {
         turn_contact_normal_impulses_n_s,
     } = serde_json::from_str(text).map_err(|error| source.json(&error))?;
     Ok(turn_contact_normal_impulses_n_s)
@@ -375,7 +375,7 @@ pub fn write_positions(out: impl Write, positions: &[AtPlace]) -> io::Result<()>
             place
                 .into_iter()
                 .chain(cells(Some(metrics)))
-                .map(Cell::into_text),
+                .map(TableCell::into_text),
         )?;
     }
     writer.flush()
@@ -413,7 +413,7 @@ pub(super) fn write_columns<R: 'static>(
         writer.write_record(
             cells_of(columns.clone(), Some(record))
                 .into_iter()
-                .map(Cell::into_text),
+                .map(TableCell::into_text),
         )?;
     }
     writer.flush()
@@ -499,7 +499,7 @@ pub fn read_runs(text: &str, name: &str, saved: &SavedStudy) -> Result<Vec<CaseR
     for (case, row) in table.rows().iter().enumerate() {
         let values: Vec<f64> = study.values(case).collect();
         for &(position, setting, column) in &settings {
-            let expected = Cell::setting(setting, values[position]).into_text();
+            let expected = TableCell::setting(setting, values[position]).into_text();
             if row.get(column) != Some(expected.as_str()) {
                 let found = row.get(column).unwrap_or_default();
                 return Err(table.wrong(

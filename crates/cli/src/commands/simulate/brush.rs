@@ -21,7 +21,7 @@ use bristle_app::report::page::Notes;
 use bristle_app::report::tables::{band_line, brush_table};
 use bristle_app::report::vtk::brush_files;
 use bristle_app::run::brush::{
-    BrushEvent, BrushMeans, BrushRunError, BrushStore, CHECKPOINT_PAUSE, FRAMES, SimulatedBrush,
+    BrushEvent, BrushMeans, BrushRunError, BrushSimulation, BrushStore, CHECKPOINT_PAUSE, FRAMES,
     check_brush, simulate_brush, write_brush,
 };
 use bristle_app::run::contact::{of_simulation, write_check};
@@ -76,13 +76,13 @@ pub fn run(
             restart: job.restart,
         }),
     };
-    let mut watch = Watch {
+    let mut watch = BrushProgress {
         json: job.json,
         progress: None,
     };
     let simulated = simulate_brush(&settings, &means, &mut |event| watch.observe(event));
     drop(watch);
-    let SimulatedBrush {
+    let BrushSimulation {
         settings,
         mut result,
         ..
@@ -183,12 +183,12 @@ impl SimulateArgs {
 }
 
 /// Shows the progress of the brush.
-struct Watch {
+struct BrushProgress {
     json: bool,
     progress: Option<PassProgress>,
 }
 
-impl Watch {
+impl BrushProgress {
     fn observe(&mut self, event: BrushEvent<'_>) {
         match event {
             BrushEvent::Kept(place) => say_kept(place),

@@ -3,13 +3,13 @@
 /// A monotone cubic interpolant (Fritsch and Butland 1984): it has a continuous derivative and
 /// overshoots nowhere. Beyond its ends it is constant.
 #[derive(Clone, Debug)]
-pub struct Curve {
+pub struct MonotoneCubic {
     x: Vec<f64>,
     y: Vec<f64>,
     slopes: Vec<f64>,
 }
 
-impl Curve {
+impl MonotoneCubic {
     /// Returns the curve through points at `x`, which ascend, with the values `y`.
     ///
     /// # Panics
@@ -67,7 +67,7 @@ mod tests {
     #[test]
     fn it_goes_through_its_points_and_overshoots_nowhere() {
         let (x, y) = (vec![0.0, 1.0, 3.0, 4.0, 6.0], vec![1.0, 2.0, 2.0, 5.0, 0.0]);
-        let curve = Curve::through(x.clone(), y.clone());
+        let curve = MonotoneCubic::through(x.clone(), y.clone());
         for (x, y) in x.iter().zip(&y) {
             assert_eq!(curve.at(*x), *y);
         }
@@ -88,7 +88,7 @@ mod tests {
     fn it_converges_to_a_smooth_function() {
         let error = |count: usize| {
             let x: Vec<f64> = (0..=count).map(|i| i as f64 / count as f64).collect();
-            let curve = Curve::through(x.clone(), x.iter().map(|x| x.exp()).collect());
+            let curve = MonotoneCubic::through(x.clone(), x.iter().map(|x| x.exp()).collect());
             (0..1000)
                 .map(|i| f64::from(i) / 1000.0)
                 .map(|x| (curve.at(x) - x.exp()).abs())

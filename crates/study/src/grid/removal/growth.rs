@@ -3,7 +3,7 @@
 use bristle::model::filament::cross_section;
 use bristle::model::settings::Settings;
 
-use super::table::{Nodes, Table};
+use super::table::{WorkNodes, WorkTable};
 
 /// Largest growth of an area in a step, over the area plus a tenth of the least one.
 const MAX_AREA_GROWTH: f64 = 0.02;
@@ -97,7 +97,7 @@ impl Rates {
         count: f64,
         preston: f64,
         factors: [f64; 2],
-        nodes: &Nodes,
+        nodes: &WorkNodes,
     ) -> Self {
         let wear = settings
             .removal_or_default()
@@ -138,7 +138,7 @@ impl Rates {
 
 /// Integrates areas and loss by the work in `table` until `end`, by the classical Runge–Kutta
 /// method of order 4: their rates hardly change. Returns the stages, from the start on.
-pub fn grow(table: &Table, rates: &Rates, end: End) -> (Vec<Stage>, Ended) {
+pub fn grow(table: &WorkTable, rates: &Rates, end: End) -> (Vec<Stage>, Ended) {
     let areas = rates
         .factors
         .map(|factor| factor * rates.radius * rates.radius);
@@ -288,7 +288,7 @@ mod tests {
 
     use serde::Deserialize;
 
-    use super::super::curve::Curve;
+    use super::super::curve::MonotoneCubic;
     use super::*;
 
     /// Edges that grow by a given work, from SciPy: `derivations/reference_removal.py`.
@@ -348,7 +348,7 @@ mod tests {
         let radii: Vec<f64> = (0..=200)
             .map(|i| 1e-5 * 1e3_f64.powf(f64::from(i) / 200.0))
             .collect();
-        let table = Table::of_work(&radii, work);
+        let table = WorkTable::of_work(&radii, work);
         assert_eq!(cases.len(), 5);
         for case in cases {
             let factor = area_factor(case.included_angle_rad);
@@ -381,7 +381,7 @@ mod tests {
 
     #[test]
     fn constant_work_makes_the_square_of_the_radius_grow_evenly() {
-        let table = Table::of_work(&[1e-5, 1e-2], |_| 1e-4);
+        let table = WorkTable::of_work(&[1e-5, 1e-2], |_| 1e-4);
         let rates = Rates {
             factors: [0.25, 0.0],
             area_per_work: 1e-7,
@@ -398,7 +398,7 @@ mod tests {
         let middle = stage_at(&stages, 500.0).radii[0];
         assert!((middle / (1e-11 * 500.0 / 0.25_f64).sqrt() - 1.0).abs() < 1e-12);
         let (stages, ended) = grow(
-            &Table::of_work(&[1e-5, 1e-2], |_| 0.0),
+            &WorkTable::of_work(&[1e-5, 1e-2], |_| 0.0),
             &rates,
             End::Radius(1e-4),
         );
@@ -407,10 +407,11 @@ mod tests {
 
     #[test]
     fn filaments_wear_by_their_work() {
-        let curves =
-            |work: f64| [0.0, 0.0, work, 10.0].map(|value| Curve::through(vec![0.0], vec![value]));
+        let curves = |work: f64| {
+            [0.0, 0.0, work, 10.0].map(|value| MonotoneCubic::through(vec![0.0], vec![value]))
+        };
         // Work that falls in proportion to the loss decays exponentially.
-        let table = Table::of_rows(vec![0.0, 1e-3], vec![curves(1e-3), curves(0.0)]);
+        let table = WorkTable::of_rows(vec![0.0, 1e-3], vec![curves(1e-3), curves(0.0)]);
         let rates = Rates {
             radius: 1e-4,
             loss_per_work: 1e-3,

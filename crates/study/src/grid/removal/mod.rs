@@ -27,7 +27,7 @@ pub use growth::area_factor;
 pub use table::SimulatedEdge;
 
 use growth::{End, Ended, Rates, Stage, grow, stage_at};
-use table::{Nodes, Passes, Table};
+use table::{Passes, WorkNodes, WorkTable};
 
 /// Relative change of the radius below which no more radii are simulated (MODEL).
 const MAX_RADIUS_CHANGE: f64 = 5e-3;
@@ -82,7 +82,7 @@ pub struct Removal {
     pub simulated: Vec<SimulatedEdge>,
     /// Preston coefficient `k_P` in m²/N: as stated, or from an observed edge.
     pub preston_m2_n: f64,
-    /// What the standard deviation of the observed radius leaves open; `None` without one.
+    /// Interval from the standard deviation of the observed radius; `None` without one.
     pub observed_interval: Option<ObservedInterval>,
     /// Included angle of each edge in rad, in the order in which filaments meet them.
     pub angles_rad: Vec<f64>,
@@ -185,7 +185,7 @@ pub fn remove(
              radius better, or brush it longer"
         )));
     }
-    let mut search = Search {
+    let mut search = GrowthSearch {
         settings,
         removal,
         angles,
@@ -245,7 +245,7 @@ pub fn edges_of(settings: &Settings) -> Result<Vec<f64>, RemovalError> {
 /// all of them.
 #[derive(Clone, Debug)]
 pub struct Course {
-    table: Table,
+    table: WorkTable,
     rates: Rates,
     preston: f64,
     /// Largest relative change of the radius when the number of simulated radii was doubled.
@@ -272,7 +272,7 @@ impl Course {
             ..settings.removal_or_default()
         };
         let passes = Passes::new(settings, resources, stop, tell);
-        let mut search = Search {
+        let mut search = GrowthSearch {
             settings,
             removal,
             angles,
@@ -331,7 +331,7 @@ fn goal_of(settings: &Settings, removal: &RemovalSettings) -> Result<End, Remova
     }
 }
 
-impl Nodes {
+impl WorkNodes {
     fn new([least, largest]: [f64; 2], loss: f64, level: [usize; 2]) -> Self {
         let [radii, losses] =
             level.map(|count| (0..count).map(move |i| i as f64 / (count - 1) as f64));
@@ -353,7 +353,7 @@ impl Nodes {
 }
 
 /// The search for a result.
-struct Search<'a> {
+struct GrowthSearch<'a> {
     settings: &'a Settings,
     removal: RemovalSettings,
     angles: Vec<f64>,
@@ -375,15 +375,15 @@ impl Growth {
     }
 }
 
-impl Search<'_> {
+impl GrowthSearch<'_> {
     /// Refines the passes until the radius no longer changes, or to the last level. Returns the
     /// growth, the nodes, and the last relative change of the radius.
-    fn refined(&mut self) -> Result<(Growth, Nodes, f64), RemovalError> {
+    fn refined(&mut self) -> Result<(Growth, WorkNodes, f64), RemovalError> {
         let nodes = self.nodes()?;
         let mut coarse = self.follow(None, &nodes)?;
         let (mut finest, mut change) = (nodes, f64::INFINITY);
         for level in &LEVELS[1..] {
-            let nodes = Nodes::new(
+            let nodes = WorkNodes::new(
                 [finest.radii[0], finest.radii[finest.radii.len() - 1]],
                 finest.losses[finest.losses.len() - 1],
                 *level,
@@ -465,7 +465,7 @@ impl Search<'_> {
     }
 
     /// Returns the nodes of the coarsest level, which the growth does not leave.
-    fn nodes(&mut self) -> Result<Nodes, RemovalError> {
+    fn nodes(&mut self) -> Result<WorkNodes, RemovalError> {
         let radius = self.settings.workpiece.kind.edge_radius_m();
         let observed = match (self.removal.observed, observed_radii(&self.removal)) {
             (_, Some([_, largest])) => largest,
@@ -485,7 +485,7 @@ impl Search<'_> {
         };
         // Filaments dip through an edge whose radius is below their penetration.
         let most = self.possible(least, largest)?;
-        let new = Nodes::new([least, most], 0.0, LEVELS[1]);
+        let new = WorkNodes::new([least, most], 0.0, LEVELS[1]);
         let mut least = self.passes.first_possible(&new)?;
         largest = largest.max(least);
         let most = self.largest_loss();
@@ -494,10 +494,10 @@ impl Search<'_> {
             let possible = self.possible(least, largest)?;
             if loss > 0.0 {
                 // Shorter filaments strike elsewhere, and may dip through a larger edge.
-                let worn = Nodes::new([least, possible], loss, LEVELS[1]);
+                let worn = WorkNodes::new([least, possible], loss, LEVELS[1]);
                 least = self.passes.first_possible(&worn)?;
             }
-            let nodes = Nodes::new([least, possible], loss, LEVELS[0]);
+            let nodes = WorkNodes::new([least, possible], loss, LEVELS[0]);
             let growth = self.follow(None, &nodes)?;
             if growth.ended == Ended::Largest && possible == largest && self.goal.radius().is_none()
             {
@@ -521,7 +521,7 @@ impl Search<'_> {
     }
 
     /// Returns the length in m that new filaments lose in `turns` turns.
-    fn loss_of(&self, nodes: &Nodes, turns: f64) -> f64 {
+    fn loss_of(&self, nodes: &WorkNodes, turns: f64) -> f64 {
         let table = self.passes.table(None, nodes);
         let work = nodes
             .radii
@@ -533,7 +533,7 @@ impl Search<'_> {
 
     /// Simulates missing passes at the nodes, and follows the growth of one tool, or of the mean of
     /// all.
-    fn follow(&mut self, member: Option<usize>, nodes: &Nodes) -> Result<Growth, RemovalError> {
+    fn follow(&mut self, member: Option<usize>, nodes: &WorkNodes) -> Result<Growth, RemovalError> {
         self.passes.simulate(nodes)?;
         let table = self.passes.table(member, nodes);
         let count = member.map_or(self.settings.tool.filament_count, |member| {
@@ -557,7 +557,7 @@ impl Search<'_> {
     /// observed time.
     fn preston_of(
         &self,
-        table: &Table,
+        table: &WorkTable,
         observed: ObservedEdge,
         rates: &impl Fn(f64) -> Rates,
     ) -> Result<f64, RemovalError> {
@@ -627,7 +627,7 @@ impl Search<'_> {
     fn conclude(
         &mut self,
         growth: &Growth,
-        nodes: &Nodes,
+        nodes: &WorkNodes,
         change: f64,
     ) -> Result<Removal, RemovalError> {
         let end = growth.end().turns;
@@ -696,7 +696,7 @@ impl Search<'_> {
     fn observed_interval(
         &self,
         growth: &Growth,
-        nodes: &Nodes,
+        nodes: &WorkNodes,
     ) -> Result<Option<ObservedInterval>, RemovalError> {
         let (Some(observed), Some([least, largest])) =
             (self.removal.observed, observed_radii(&self.removal))
@@ -735,7 +735,11 @@ impl Search<'_> {
     }
 
     /// Returns the growth by each sampled tool; empty if none is sampled.
-    fn bands(&mut self, growth: &Growth, nodes: &Nodes) -> Result<Vec<Vec<Stage>>, RemovalError> {
+    fn bands(
+        &mut self,
+        growth: &Growth,
+        nodes: &WorkNodes,
+    ) -> Result<Vec<Vec<Stage>>, RemovalError> {
         if self.passes.members() == 1 {
             return Ok(Vec::new());
         }
@@ -751,15 +755,15 @@ impl Search<'_> {
 
     /// Returns the turns after which the force has fallen by `removal.force_loss`, on an edge of
     /// the largest simulated radius.
-    fn life(&mut self, nodes: &Nodes) -> Result<Option<f64>, RemovalError> {
+    fn life(&mut self, nodes: &WorkNodes) -> Result<Option<f64>, RemovalError> {
         if self.removal.filament_wear_m2_n.is_none() || self.settings.process.tool_force_n.is_some()
         {
             return Ok(None);
         }
         let radii = vec![nodes.radii[nodes.radii.len() - 1]];
-        let Nodes { losses, .. } =
-            Nodes::new([radii[0]; 2], self.largest_loss(), [2, LOSSES_OF_LIFE]);
-        let own = Nodes { radii, losses };
+        let WorkNodes { losses, .. } =
+            WorkNodes::new([radii[0]; 2], self.largest_loss(), [2, LOSSES_OF_LIFE]);
+        let own = WorkNodes { radii, losses };
         self.passes.simulate(&own)?;
         let table = self.passes.table(None, &own);
         let rates = Rates::new(self.settings, 0.0, 0.0, [0.0; 2], &own);

@@ -9,7 +9,7 @@ use bristle::model::settings::{
 use bristle::simulation::{ProfileCell, Sampling, Simulation, Stop};
 use parking_lot::Mutex;
 
-use super::curve::Curve;
+use super::curve::MonotoneCubic;
 use super::error::RemovalError;
 use crate::grid::uncertainty::Scatter;
 use crate::grid::{CaseResult, CaseSummary, Resources, Study, simulate_cases};
@@ -19,7 +19,7 @@ const NEGLIGIBLE_DEPTH: f64 = 1e-9;
 
 /// Points where work is known: radii and losses of length in m, ascending.
 #[derive(Clone, Debug)]
-pub struct Nodes {
+pub struct WorkNodes {
     pub radii: Vec<f64>,
     pub losses: Vec<f64>,
 }
@@ -29,7 +29,7 @@ const NUMBERS: usize = 4;
 
 /// Work, force and penetration of one pass of one filament.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Work {
+pub struct PassWork {
     /// Sliding work on each edge in J, in the order in which filaments meet them.
     pub edges: [f64; 2],
     /// Sliding work on the whole workpiece in J.
@@ -40,7 +40,7 @@ pub struct Work {
     pub penetration: f64,
 }
 
-impl Work {
+impl PassWork {
     /// Returns the interpolated quantities.
     fn numbers(&self) -> [f64; NUMBERS] {
         let [first, second] = self.edges;
@@ -127,7 +127,7 @@ fn mirrored(mut settings: Settings) -> Settings {
 }
 
 /// A tool.
-struct Member {
+struct ToolMember {
     /// Settings for each direction of rotation; empty if the tool does not reach the workpiece.
     directions: Vec<Settings>,
     /// Number of filaments.
@@ -136,7 +136,7 @@ struct Member {
 
 /// Key of a pass: the tool by number, and the bits of the radius of the edge and of the loss of
 /// length, in m.
-type Key = (usize, u64, u64);
+type PassKey = (usize, u64, u64);
 
 bristle::record! {
     /// A simulated pass: the mean over sampled tools, and over both directions if they alternate.
@@ -154,12 +154,12 @@ bristle::record! {
 
 /// Simulated passes of one tool, or of sampled tools where filaments scatter.
 pub struct Passes<'a> {
-    members: Vec<Member>,
+    members: Vec<ToolMember>,
     has_two_edges: bool,
     resources: Resources,
     stop: &'a Stop,
     tell: &'a (dyn Fn(usize, usize) + Sync),
-    known: BTreeMap<Key, Work>,
+    known: BTreeMap<PassKey, PassWork>,
 }
 
 impl<'a> Passes<'a> {
@@ -175,12 +175,12 @@ impl<'a> Passes<'a> {
             false => vec![settings],
         };
         let members = match Scatter::of(settings) {
-            None => vec![Member {
+            None => vec![ToolMember {
                 directions: directions(settings.clone()),
                 count: settings.tool.filament_count,
             }],
             Some(scatter) => (0..scatter.count())
-                .map(|tool| Member {
+                .map(|tool| ToolMember {
                     directions: scatter.settings(tool).map_or_else(Vec::new, directions),
                     count: scatter.filament_count(tool),
                 })
@@ -208,7 +208,7 @@ impl<'a> Passes<'a> {
     }
 
     /// Simulates the missing passes at the `nodes`.
-    pub fn simulate(&mut self, nodes: &Nodes) -> Result<(), RemovalError> {
+    pub fn simulate(&mut self, nodes: &WorkNodes) -> Result<(), RemovalError> {
         self.attempt(nodes)?
             .into_iter()
             .next()
@@ -217,7 +217,7 @@ impl<'a> Passes<'a> {
 
     /// Simulates the missing passes; some may fail. Returns the least radius from which on none
     /// fails, or the failure at the largest radius.
-    pub fn first_possible(&mut self, nodes: &Nodes) -> Result<f64, RemovalError> {
+    pub fn first_possible(&mut self, nodes: &WorkNodes) -> Result<f64, RemovalError> {
         let mut failures = self.attempt(nodes)?;
         let last = nodes.radii[nodes.radii.len() - 1];
         if let Some(at_last) = failures.iter().position(|(radius, _)| *radius == last) {
@@ -237,7 +237,7 @@ impl<'a> Passes<'a> {
     /// Simulates missing passes, and returns the failures with their radii.
     fn attempt(
         &mut self,
-        Nodes { radii, losses }: &Nodes,
+        WorkNodes { radii, losses }: &WorkNodes,
     ) -> Result<Vec<(f64, RemovalError)>, RemovalError> {
         let (mut found, mut keys, mut cases, mut failures) =
             (BTreeMap::new(), Vec::new(), Vec::new(), Vec::new());
@@ -250,7 +250,7 @@ impl<'a> Passes<'a> {
                 if self.known.contains_key(&key) {
                     continue;
                 }
-                found.insert(key, Work::default());
+                found.insert(key, PassWork::default());
                 for (direction, settings) in own.directions.iter().enumerate() {
                     let Some(mut settings) = worn(settings, loss) else {
                         continue;
@@ -299,7 +299,7 @@ impl<'a> Passes<'a> {
     }
 
     /// Simulates cases side by side.
-    fn run(&self, cases: Vec<Settings>) -> Result<Vec<Result<Work, String>>, RemovalError> {
+    fn run(&self, cases: Vec<Settings>) -> Result<Vec<Result<PassWork, String>>, RemovalError> {
         let study = Study::of_cases(cases);
         let count = study.case_count();
         let (works, shares, done) = (
@@ -351,14 +351,18 @@ impl<'a> Passes<'a> {
     }
 
     /// Returns the simulated work at the `nodes` as curves: of one tool, or the mean of all.
-    pub fn table(&self, member: Option<usize>, Nodes { radii, losses }: &Nodes) -> Table {
+    pub fn table(
+        &self,
+        member: Option<usize>,
+        WorkNodes { radii, losses }: &WorkNodes,
+    ) -> WorkTable {
         let members = member.map_or(0..self.members(), |member| member..member + 1);
         let part = 1.0 / members.len() as f64;
         let at = |radius: f64, loss: f64| {
             let works = members
                 .clone()
                 .map(|member| self.known[&(member, radius.to_bits(), loss.to_bits())]);
-            works.fold(Work::default(), |sum, work| sum.plus(part, &work))
+            works.fold(PassWork::default(), |sum, work| sum.plus(part, &work))
         };
         let x: Vec<f64> = radii.iter().map(|radius| radius.ln()).collect();
         let row = |&loss: &f64| {
@@ -367,10 +371,10 @@ impl<'a> Passes<'a> {
                 .map(|&radius| at(radius, loss).numbers())
                 .collect();
             std::array::from_fn(|i| {
-                Curve::through(x.clone(), works.iter().map(|numbers| numbers[i]).collect())
+                MonotoneCubic::through(x.clone(), works.iter().map(|numbers| numbers[i]).collect())
             })
         };
-        Table {
+        WorkTable {
             losses: losses.clone(),
             rows: losses.iter().map(row).collect(),
         }
@@ -378,7 +382,7 @@ impl<'a> Passes<'a> {
 
     /// Returns all simulated passes, each the mean of all tools, by radius and loss.
     pub fn simulated(&self) -> Vec<SimulatedEdge> {
-        let mut sums: BTreeMap<(u64, u64), Work> = BTreeMap::new();
+        let mut sums: BTreeMap<(u64, u64), PassWork> = BTreeMap::new();
         let part = 1.0 / self.members() as f64;
         for ((_, radius, loss), work) in &self.known {
             let sum = sums.entry((*radius, *loss)).or_default();
@@ -399,9 +403,9 @@ impl<'a> Passes<'a> {
     }
 }
 
-fn work_of(summary: &CaseSummary, shares: [f64; 2]) -> Work {
+fn work_of(summary: &CaseSummary, shares: [f64; 2]) -> PassWork {
     let metrics = &summary.metrics;
-    Work {
+    PassWork {
         edges: shares.map(|share| share * metrics.edge_sliding_work_j),
         whole: metrics.sliding_work_j,
         force: metrics.tool_contact_normal_force_n,
@@ -436,16 +440,16 @@ fn shares_of_edges(profile: &[ProfileCell]) -> [f64; 2] {
 /// The work of a pass, smooth over the logarithm of the radius of the edge and over the loss of
 /// length.
 #[derive(Clone, Debug)]
-pub struct Table {
+pub struct WorkTable {
     losses: Vec<f64>,
     /// Curves of the interpolated quantities, by loss.
-    rows: Vec<[Curve; NUMBERS]>,
+    rows: Vec<[MonotoneCubic; NUMBERS]>,
 }
 
-impl Table {
+impl WorkTable {
     /// Creates a table of these rows, by loss.
     #[cfg(test)]
-    pub fn of_rows(losses: Vec<f64>, rows: Vec<[Curve; NUMBERS]>) -> Self {
+    pub fn of_rows(losses: Vec<f64>, rows: Vec<[MonotoneCubic; NUMBERS]>) -> Self {
         Self { losses, rows }
     }
 
@@ -453,19 +457,19 @@ impl Table {
     #[cfg(test)]
     pub fn of_work(radii: &[f64], work: impl Fn(f64) -> f64) -> Self {
         let x: Vec<f64> = radii.iter().map(|radius| radius.ln()).collect();
-        let on_edge = Curve::through(
+        let on_edge = MonotoneCubic::through(
             x.clone(),
             radii.iter().map(|radius| work(*radius)).collect(),
         );
-        let none = Curve::through(vec![x[0]], vec![0.0]);
+        let none = MonotoneCubic::through(vec![x[0]], vec![0.0]);
         Self::of_rows(vec![0.0], vec![[on_edge, none.clone(), none.clone(), none]])
     }
 
     /// Returns the work over an edge of the radius `radius` (m) by filaments that have lost the
     /// length `loss` (m).
-    pub fn at(&self, radius: f64, loss: f64) -> Work {
+    pub fn at(&self, radius: f64, loss: f64) -> PassWork {
         let x = radius.ln();
-        Work::of_numbers(std::array::from_fn(|i| self.number(i, x, loss)))
+        PassWork::of_numbers(std::array::from_fn(|i| self.number(i, x, loss)))
     }
 
     /// Returns the work on one edge alone, by number.
@@ -475,6 +479,6 @@ impl Table {
 
     fn number(&self, i: usize, x: f64, loss: f64) -> f64 {
         let along = self.rows.iter().map(|row| row[i].at(x)).collect();
-        Curve::through(self.losses.clone(), along).at(loss)
+        MonotoneCubic::through(self.losses.clone(), along).at(loss)
     }
 }

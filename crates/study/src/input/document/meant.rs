@@ -1,6 +1,6 @@
 //! Section, key or name that is meant by one that is not known.
 
-use crate::text::units::{UNITS, Unit, without_unit};
+use crate::text::units::{NamedUnit, UNITS, without_unit};
 use bristle::model::parameters::{PARAMETERS, Parameter};
 
 use crate::input::units::setting;
@@ -75,7 +75,7 @@ pub fn setting_meant(written: &str) -> String {
         return String::new();
     };
     // In the unit that was written, if the setting can be stated in it.
-    let in_unit = |unit: &Unit| {
+    let in_unit = |unit: &NamedUnit| {
         lower
             .ends_with(unit.suffix)
             .then(|| unit.key_of(meant.path))

@@ -21,14 +21,14 @@ use toml::de::{DeTable, DeValue, Deserializer};
 
 use crate::grid::uncertainty::check;
 use crate::grid::{
-    BRUSH, DEPTH, SHORT_NAMES, SPEED, Study, StudyError, Sweep, TOOL, Tool, VELOCITY,
+    BRUSH, DEPTH, SHORT_NAMES, SPEED, Study, StudyError, StudyTool, Sweep, TOOL, VELOCITY,
 };
 use crate::input::cells::{DECIMALS, SEPARATORS};
 use crate::input::goal::{GOAL, MOST, MOST_OF, NUMBERS, allowed, largest};
-use crate::input::input_error::{InputError, LONGEST_KEY, LONGEST_MESSAGE, Source};
+use crate::input::input_error::{InputError, InputSource, LONGEST_KEY, LONGEST_MESSAGE};
 use crate::input::keys::{CONTROL_POINTS, FILAMENT, MATERIAL_KEY, STUDY, TOOLS, WORKPIECE};
 use crate::input::materials::{CONTACT_STIFFNESS, Material, default_contact_stiffness};
-use crate::input::measured::{ColumnName, Format, Quantity};
+use crate::input::measured::{ColumnName, Quantity, TableFormat};
 use crate::input::mistakes::{Mistake, value_mistake};
 use crate::input::options::{self, Assignment};
 use crate::text::units::own_keys;
@@ -125,7 +125,7 @@ impl<'t> Document<'t> {
         options: &'t [String],
     ) -> Result<Self, InputError> {
         let mut document = Self {
-            source: Source {
+            source: InputSource {
                 name,
                 text,
                 options,
@@ -169,7 +169,7 @@ impl<'t> Document<'t> {
                 .iter()
                 .map(|tool| tool.name.clone())
                 .collect();
-            document.measured = Some((file, Format { tools, ..format }));
+            document.measured = Some((file, TableFormat { tools, ..format }));
         }
         if let Some(goal) = document.table.remove(GOAL)
             && let DeValue::Table(entries) = goal.get_ref()
@@ -455,7 +455,7 @@ impl<'t> Document<'t> {
     /// Returns the path of the measured forces as the file states it, relative to the file's
     /// directory, and the format of their table.
     #[must_use]
-    pub fn measured(&self) -> Option<(&str, &Format)> {
+    pub fn measured(&self) -> Option<(&str, &TableFormat)> {
         self.measured
             .as_ref()
             .map(|(file, format)| (file.as_str(), format))
@@ -588,7 +588,7 @@ impl<'t> Document<'t> {
         sweeps.extend(
             common.filter_map(|(parameter, value)| Sweep::list(parameter, vec![value]).ok()),
         );
-        let tool = |(located, built): (&LocatedTool<'_>, &Built<'_>)| Tool {
+        let tool = |(located, built): (&LocatedTool<'_>, &Built<'_>)| StudyTool {
             name: located.name.clone(),
             settings: built.settings.clone(),
             held: held(built)
@@ -596,7 +596,7 @@ impl<'t> Document<'t> {
                 .filter(|each| !is_common(each))
                 .collect(),
         };
-        let tools: Vec<Tool> = self.tools.iter().zip(&built).map(tool).collect();
+        let tools: Vec<StudyTool> = self.tools.iter().zip(&built).map(tool).collect();
         let study = if tools.is_empty() {
             Study::new(built[0].settings.clone(), sweeps)
         } else {
@@ -878,7 +878,7 @@ impl<'t> Document<'t> {
         &self,
         entries: &DeTable<'_>,
         span: Range<usize>,
-    ) -> Result<(String, Format), InputError> {
+    ) -> Result<(String, TableFormat), InputError> {
         let keys = [FILE, SEPARATOR, DECIMAL, COLUMNS, RELATIVE_STD];
         self.check_keys(MEASURED, entries, &keys)?;
         let key = format!("{MEASURED}.{FILE}");
@@ -919,7 +919,7 @@ impl<'t> Document<'t> {
                 self.not_allowed(&format!("{MEASURED}.{RELATIVE_STD}"), value, allowed)
             })
         };
-        let format = Format {
+        let format = TableFormat {
             separator: letter(SEPARATOR, &SEPARATORS)?,
             decimal: letter(DECIMAL, &DECIMALS)?,
             columns: entries

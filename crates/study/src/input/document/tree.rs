@@ -5,20 +5,20 @@ use std::fmt::Display;
 use std::ops::Range;
 
 use crate::text::shown;
-use crate::text::units::Unit;
+use crate::text::units::NamedUnit;
 use bristle::model::parameters::Parameter;
 use serde_json::{Map, Value};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::located::{LocatedMaterial, LocatedSweep, LocatedTool};
-use crate::input::input_error::{InputError, LONGEST_KEY, Source};
-use crate::input::measured::Format;
+use crate::input::input_error::{InputError, InputSource, LONGEST_KEY};
+use crate::input::measured::TableFormat;
 
 /// An input file whose TOML and sweeps have been read.
 #[derive(Debug, Default)]
 pub struct Document<'t> {
-    pub(super) source: Source<'t>,
+    pub(super) source: InputSource<'t>,
     /// Sections of [`Settings`](bristle::model::settings::Settings).
     pub(super) table: DeTable<'t>,
     /// Place of the heading of `[study]`.
@@ -26,7 +26,7 @@ pub struct Document<'t> {
     pub(super) sweeps: Vec<LocatedSweep>,
     pub(super) tools: Vec<LocatedTool<'t>>,
     /// File of measured forces, and its format.
-    pub(super) measured: Option<(String, Format)>,
+    pub(super) measured: Option<(String, TableFormat)>,
     /// File of a profile's control points, with the place of its path.
     pub(super) control_points_file: Option<(String, Range<usize>)>,
     /// Goal of the study, by the keys of `[goal]`.
@@ -47,7 +47,7 @@ pub(super) struct OtherUnit {
     /// Key in the unit of the setting, as its table has it, and the one that was written.
     own: String,
     written: String,
-    unit: &'static Unit,
+    unit: &'static NamedUnit,
     /// End of the value.
     end: usize,
     /// Numbers of the value in the unit of the setting, as TOML, one after the other; `None` for an
@@ -59,7 +59,7 @@ impl OtherUnit {
     pub(super) fn new(
         own: &str,
         written: &str,
-        unit: &'static Unit,
+        unit: &'static NamedUnit,
         value: &Spanned<DeValue<'_>>,
     ) -> Self {
         let mut numbers = Vec::new();

@@ -8,7 +8,7 @@ use toml::de::{DeTable, DeValue, Error};
 
 use super::Document;
 use super::tree::read;
-use crate::input::control_points::MOST_CONTROL_POINTS;
+use crate::input::control_points::MAX_CONTROL_POINTS;
 use crate::input::input_error::InputError;
 use crate::input::keys::{CONTROL_POINTS, WORKPIECE};
 use crate::input::schema::workpiece_kinds;
@@ -110,10 +110,10 @@ impl Document<'_> {
                 if is_from_file {
                     points.clone_from(&self.control_points);
                 }
-                if points.len() > MOST_CONTROL_POINTS {
+                if points.len() > MAX_CONTROL_POINTS {
                     return wrong(
                         points.len(),
-                        format!("a list of at most {MOST_CONTROL_POINTS} points"),
+                        format!("a list of at most {MAX_CONTROL_POINTS} points"),
                     );
                 }
             }
