@@ -7,6 +7,7 @@ use bristle::brush::BrushError;
 use bristle::integrate::StepControlError;
 use bristle::simulation::{IntegrationError, SimulationError};
 use bristle_app::run::brush::BrushRunError;
+use bristle_app::run::calibration::CalibrationError;
 use bristle_app::store::journal_file::JournalFileError;
 use bristle_app::store::staged::{DocumentError, FileError};
 use bristle_study::input::input_error::InputError;
@@ -98,6 +99,16 @@ pub fn of_brush_run(error: BrushRunError) -> PyErr {
         BrushRunError::File(error) => of_file(error),
         BrushRunError::Journal(error) => of_journal(error),
         BrushRunError::Checkpoint(error) => of_settings(error),
+    }
+}
+
+/// Returns the exception for a calibration.
+pub fn of_calibration(error: CalibrationError) -> PyErr {
+    match error {
+        CalibrationError::Input(error) => of_input(error),
+        CalibrationError::File(error) => of_file(error),
+        CalibrationError::Journal(error) => of_journal(error),
+        error => of_settings(error),
     }
 }
 

@@ -77,7 +77,10 @@ pub fn wear<'py>(
     numbers.set_item("life_s", removal.life_s)?;
     let history = present(py, &removal, &removal.rows)?;
     let edge_work = present(py, &removal, &removal.simulated)?;
-    let warnings = warnings(&removal).iter().map(Warning::plain).collect();
+    let warnings = warnings(&settings, &removal)
+        .iter()
+        .map(Warning::plain)
+        .collect();
     Ok((
         history,
         edge_work,

@@ -12,6 +12,7 @@ use bristle_app::insight::joined::JoinError;
 use bristle_app::report::drawing::format::FormatError;
 use bristle_app::run::RunError;
 use bristle_app::run::brush::UnusableCheckpoint;
+use bristle_app::run::calibration::CalibrationError;
 use bristle_app::store::journal_file::JournalFileError;
 use bristle_app::store::staged::{DocumentError, FileError};
 use bristle_app::store::study_files::STUDY;
@@ -105,6 +106,8 @@ pub enum CliError {
     Journal(#[from] JournalFileError),
     #[error(transparent)]
     Run(#[from] RunError),
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
     #[error(
         "{missing} of {total} cases are in none of the shards; those that are, are in `{}`\n   = help: simulate the missing shards \
          and join them again, or simulate the missing cases by `bristle study` with the same --out",

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use bristle::model::settings::Settings;
 use bristle_study::grid::removal::{Removal, RemovalRow};
+use bristle_study::grid::uncertainty::scatters;
 use bristle_study::text::layout::{Warning, wrap};
 use bristle_study::text::number::significant;
 
@@ -21,7 +22,11 @@ pub fn removal_text(settings: &Settings, removal: &Removal, width: usize) -> Str
 
 /// Returns warnings about the numbers of a removal.
 #[must_use]
-pub fn warnings(removal: &Removal) -> Vec<Warning> {
+pub fn warnings(settings: &Settings, removal: &Removal) -> Vec<Warning> {
+    let ignored = (settings.brush.is_some() && scatters(settings)).then(|| {
+        Warning::new("with [brush] radius and time have no interval: [uncertainty] is ignored")
+            .with_help("filaments alone have one: leave out [brush]", "")
+    });
     let jumps = removal.is_unresolved().then(|| {
         Warning::new(format!(
             "the radius still changes by {:.1} % as more radii are simulated: the work on the edge jumps from radius to radius",
@@ -43,7 +48,7 @@ pub fn warnings(removal: &Removal) -> Vec<Warning> {
         ))
         .with_help("a stiffer contact shows whether that matters", "contact.stiffness_n_m = 1e6")
     });
-    jumps.into_iter().chain(dips).collect()
+    ignored.into_iter().chain(jumps).chain(dips).collect()
 }
 
 /// Returns the lines of [`removal_text`].
@@ -168,4 +173,36 @@ pub fn lines(settings: &Settings, removal: &Removal) -> Vec<String> {
         significant(100.0 * removal.change_when_refined)
     ));
     lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bristle::model::settings::{BrushSettings, UncertaintySettings};
+
+    #[test]
+    fn filaments_that_touch_say_that_deviations_are_ignored() {
+        let removal = Removal {
+            rows: Vec::new(),
+            simulated: Vec::new(),
+            preston_m2_n: 1e-14,
+            observed_interval: None,
+            angles_rad: Vec::new(),
+            has_band: false,
+            least_radius_m: 0.0,
+            change_when_refined: 0.0,
+            life_s: None,
+        };
+        let mut settings = Settings::paper(10.0, 1e-3);
+        settings.uncertainty.diameter_std_m = 1e-5;
+        assert_eq!(warnings(&settings, &removal), []);
+        settings.brush = Some(BrushSettings::default());
+        let told = warnings(&settings, &removal);
+        let [ignored] = &told[..] else {
+            panic!("{told:?}");
+        };
+        assert!(ignored.plain().contains("[uncertainty] is ignored"));
+        settings.uncertainty = UncertaintySettings::default();
+        assert_eq!(warnings(&settings, &removal), []);
+    }
 }

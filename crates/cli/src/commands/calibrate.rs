@@ -1,29 +1,22 @@
 //! `bristle calibrate`.
 
 use std::io;
-use std::path::{Path, absolute};
 use std::process::ExitCode;
 
-use bristle::model::settings::Settings;
-use bristle_app::insight::findings::bias_of_fit;
 use bristle_app::report::figures::{calibration_figures, is_of_calibration};
 use bristle_app::run::calibration::{
-    CALIBRATED, OF_CALIBRATION, calibrated_text, write_calibration,
+    CALIBRATED, CalibrationError, CalibrationOptions, OF_CALIBRATION, calibration_problem,
+    run_calibration,
 };
-use bristle_app::run::forces::{ForceJournal, JournaledForces};
+use bristle_app::run::forces::ForceJournal;
 use bristle_app::store::journal_file::JOURNAL;
 use bristle_app::store::staged::{read_table, relative_to};
-use bristle_study::calibrate::{
-    Calibration, CalibrationContext, FitError, Fitted, Interrupted, MeasurementLimits, Problem,
-    STARTS, SilentObserver, calibrate, summary,
-};
-use bristle_study::input::measured::{read_points, read_radii};
+use bristle_study::calibrate::{Interrupted, MeasurementLimits, summary};
 use bristle_study::text::shown_path;
 use clap::Args;
 use serde_json::json;
 
 use crate::error::CliError;
-use crate::input::InputArgs;
 use crate::interrupt::stop_on_interrupt;
 use crate::job::JobArgs;
 use crate::pictures::draw;
@@ -75,92 +68,50 @@ pub struct CalibrateArgs {
 
 /// Runs the command.
 pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
-    let figures = arguments.job.figures.figures()?;
-    let path = &arguments.job.input.file;
-    let refused = |error: String| CliError::of(path, error);
-    let text = arguments.job.input.read()?;
-    let document = arguments.job.document(&text)?;
-    let fitted = arguments
-        .fit
-        .iter()
-        .map(|option| Fitted::parse(option))
-        .collect::<Result<Vec<_>, FitError>>();
-    let fitted = fitted.map_err(|error| refused(error.to_string()))?;
+    let job = &arguments.job;
+    let figures = job.figures.figures()?;
+    let path = &job.input.file;
+    let failed = |error| match error {
+        CalibrationError::Refused(_) | CalibrationError::Interrupted(_) => {
+            CliError::of(path, error)
+        }
+        error => error.into(),
+    };
+    let text = job.input.read()?;
+    let document = job.document(&text)?;
     let Some((file, format)) = document.measured() else {
         let advice = "there is no section [measured]: add one with `file = \"forces.csv\"`, a table of measured forces, or of edge radii over time";
-        return Err(refused(advice.to_owned()));
+        return Err(CliError::of(path, advice));
     };
     let table = relative_to(path, file);
-    let read = || Ok::<_, CliError>((read_table(&table)?, table.to_string_lossy()));
-    let problem = if fitted.iter().any(Fitted::is_of_edges) {
-        let settings = document.settings()?;
-        let (text, name) = read()?;
-        Problem::of_radii(settings, fitted, read_radii(&text, &name, format)?)
-    } else {
-        let brushes = document.brushes()?;
-        let (text, name) = read()?;
-        Problem::new(brushes, fitted, read_points(&text, &name, format)?)
-    };
-    let problem = problem.map_err(|error| refused(error.to_string()))?;
-    let settings: Vec<Settings> = problem
-        .brushes
-        .iter()
-        .map(|brush| brush.settings.clone())
-        .collect();
-    let _occupied = arguments.job.occupy(&OF_CALIBRATION, is_of_calibration)?;
-    let journal = problem
-        .has_brush()
-        .then(|| ForceJournal::open(&arguments.job.out, arguments.job.restart))
-        .transpose()?;
-    if let Some(earlier) = journal
-        .as_ref()
-        .map(|journal| journal.earlier)
-        .filter(|earlier| *earlier > 0)
-    {
-        say(format_args!(
-            "{earlier} simulated brushes are in `{}`",
-            shown_path(&arguments.job.out.join(JOURNAL))
-        ));
-    }
-    if let Some(kept) = journal.as_ref().and_then(|journal| journal.kept.as_deref()) {
-        say_kept(kept);
-    }
+    let measured = [&*read_table(&table)?, &*table.to_string_lossy()];
+    let problem = calibration_problem(&document, &arguments.fit, measured, format);
+    let problem = problem.map_err(failed)?;
+    let _occupied = job.occupy(&OF_CALIBRATION, is_of_calibration)?;
+    let is_kept = problem.has_brush();
     let stop = stop_on_interrupt();
-    let progress = PassProgress::begin("the calibration", 0.0, arguments.job.json);
-    let watch = JournaledForces {
-        journal,
-        tell: &|share| progress.tell(share),
-    };
-    let resources = arguments.job.resources.resources();
-    let reach = MeasurementLimits {
-        max_rpm: arguments.max_rpm,
-        max_depth_m: arguments.max_depth_mm.map(|depth| depth / 1e3),
-    };
-    let outcome = calibrate(
-        problem,
-        reach,
-        CalibrationContext {
-            resources,
-            stop: &stop,
-            observer: &watch,
-            starts: STARTS,
+    let options = CalibrationOptions {
+        reach: MeasurementLimits {
+            max_rpm: arguments.max_rpm,
+            max_depth_m: arguments.max_depth_mm.map(|depth| depth / 1e3),
         },
-    );
-    let JournaledForces { mut journal, .. } = watch;
+        resources: job.resources.resources(),
+        stop: &stop,
+        check: job.check,
+        directory: Some(&job.out),
+        restart: job.restart,
+        file: path,
+        name: &job.input.short_name(),
+        text: text.text(),
+        set: &job.input.set,
+    };
+    let progress = PassProgress::begin("the calibration", 0.0, job.json);
+    let tell = |share| progress.tell(share);
+    let outcome = run_calibration(problem, &options, |journal| say_opened(journal, job), &tell);
     drop(progress);
-    if let Some(journal) = &mut journal {
-        journal.settle()?;
-    }
-    let calibration = match outcome {
-        Ok(Some(calibration)) => calibration,
-        Ok(None) => {
-            return Err(refused(
-                "none of the starts can be simulated: narrow the ranges, as in --fit KEY=LOW..HIGH"
-                    .to_owned(),
-            ));
-        }
-        Err(Interrupted::Stopped) => {
-            let resume = if journal.is_some() {
+    let outcome = match outcome {
+        Err(CalibrationError::Interrupted(Interrupted::Stopped)) => {
+            let resume = if is_kept {
                 "; run the same command again to resume"
             } else {
                 ""
@@ -168,92 +119,61 @@ pub fn run(arguments: &CalibrateArgs) -> Result<ExitCode, CliError> {
             say_at_the_end(format_args!("stopped: nothing was written{resume}"));
             return Ok(INTERRUPTED.into());
         }
-        Err(error) => return Err(refused(error.to_string())),
+        outcome => outcome.map_err(failed)?,
     };
-    let is_whole = calibration.undetermined.is_empty();
-    let restated = is_whole
-        .then(|| restated(arguments, text.text(), &calibration))
-        .transpose();
-    let restated = restated.map_err(refused)?;
-    let name = arguments.job.input.short_name();
-    for file in write_calibration(&arguments.job.out, &name, &calibration, restated.as_deref())? {
-        say_written(&file);
-    }
+    let calibration = &outcome.calibration;
+    outcome.files.iter().for_each(|file| say_written(file));
     draw(
-        &arguments.job.out,
-        |format| calibration_figures(&calibration, format),
+        &job.out,
+        |format| calibration_figures(calibration, format),
         None,
         &figures,
         is_of_calibration,
     )?;
-    if arguments.job.json {
+    if job.json {
         let result = serde_json::from_str(&calibration.json()).map_err(io::Error::from)?;
         print_object("result", &result)?;
     } else {
-        show(summary(&calibration, width()))?;
+        show(summary(calibration, width()))?;
     }
-    if !is_whole {
+    if !calibration.undetermined.is_empty() {
         say(format_args!(
             "warning: {CALIBRATED} is not written, as not all settings are determined\nhelp: measure where it helps, or state what is known \
              and leave out its --fit"
         ));
     }
-    let findings = settings.iter().filter_map(bias_of_fit).collect();
-    say_findings(&arguments.job.told(findings));
-    if arguments.job.check {
-        let change = calibration.change_when_checked(CalibrationContext {
-            resources,
-            stop: &stop,
-            observer: &SilentObserver,
-            starts: 0,
-        });
-        let change = match change {
-            Err(Interrupted::Stopped) => {
-                say_at_the_end("stopped: the results are complete, but have not been checked");
-                return Ok(INTERRUPTED.into());
+    say_findings(&job.told(outcome.findings));
+    match outcome.change {
+        None => {}
+        Some(Err(Interrupted::Stopped)) => {
+            say_at_the_end("stopped: the results are complete, but have not been checked");
+            return Ok(INTERRUPTED.into());
+        }
+        Some(change) => {
+            let change = change.map_err(|error| CliError::of(path, error))?;
+            if job.json {
+                print_object("check", &json!({ "largest_change": change }))?;
+            } else {
+                say(format_args!(
+                    "simulated with more precision, what was fitted changes by at most {:.2} %",
+                    100.0 * change
+                ));
             }
-            change => change.map_err(|error| refused(error.to_string()))?,
-        };
-        if arguments.job.json {
-            print_object("check", &json!({ "largest_change": change }))?;
-        } else {
-            say(format_args!(
-                "simulated with more precision, what was fitted changes by at most {:.2} %",
-                100.0 * change
-            ));
         }
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// The text of `calibrated.toml`, which states what was fitted.
-fn restated(
-    arguments: &CalibrateArgs,
-    text: &str,
-    calibration: &Calibration,
-) -> Result<String, String> {
-    let InputArgs { file, set, .. } = &arguments.job.input;
-    let out = arguments.job.out.clone();
-    let moved = |path: &str| from_directory(&relative_to(file, path), &out);
-    calibrated_text(&out, text, calibration, set, &moved)
-}
-
-/// A path as seen from a directory, with forward slashes.
-fn from_directory(path: &Path, directory: &Path) -> String {
-    let [path, directory] = [path, directory].map(|path| {
-        path.canonicalize()
-            .or_else(|_| absolute(path))
-            .unwrap_or_else(|_| path.to_owned())
-    });
-    let common = path
-        .components()
-        .zip(directory.components())
-        .take_while(|(a, b)| a == b)
-        .count();
-    let up = directory.components().skip(common).map(|_| "..".to_owned());
-    let down = path
-        .components()
-        .skip(common)
-        .map(|part| part.as_os_str().to_string_lossy().into_owned());
-    up.chain(down).collect::<Vec<_>>().join("/")
+/// Tells the user what the journal has.
+fn say_opened(journal: &ForceJournal, job: &JobArgs) {
+    if journal.earlier > 0 {
+        say(format_args!(
+            "{} simulated brushes are in `{}`",
+            journal.earlier,
+            shown_path(&job.out.join(JOURNAL))
+        ));
+    }
+    if let Some(kept) = &journal.kept {
+        say_kept(kept);
+    }
 }

@@ -75,7 +75,7 @@ pub fn run(WearArgs { job }: &WearArgs) -> Result<ExitCode, CliError> {
         &figures,
         is_of_removal,
     )?;
-    let warnings = warnings(&removal);
+    let warnings = warnings(&settings, &removal);
     if job.json {
         let end = removal.rows.last();
         let warnings: Vec<String> = warnings.iter().map(Warning::plain).collect();

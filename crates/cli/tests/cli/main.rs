@@ -5,6 +5,7 @@ mod program;
 
 mod advise;
 mod brush;
+mod calibrate;
 mod catalogue;
 mod check;
 mod commands;

@@ -467,7 +467,7 @@ impl<'t> Document<'t> {
         self.goal.as_ref()
     }
 
-    /// Returns the document with each filament alone, without `[brush]`.
+    /// Returns the document with each filament alone. `[brush]` is checked and left out.
     ///
     /// # Errors
     /// The path of a sweep over a setting of `[brush]`.
@@ -641,9 +641,6 @@ impl<'t> Document<'t> {
         if let Some(tool) = tool {
             tool.state(&mut table);
         }
-        if self.is_alone {
-            table.remove(BRUSH);
-        }
         self.convert(&mut table);
         self.state_material(&mut table, tool);
         for Override {
@@ -698,13 +695,17 @@ impl<'t> Document<'t> {
             );
         }
         self.check_lengths(&table, &settings)?;
-        if !followed.is_empty() {
+        if self.is_alone || !followed.is_empty() {
             settings
                 .check_ranges()
                 .map_err(|violation| self.violated(&table, violation))?;
-            followed
-                .iter()
-                .for_each(|(parameter, value)| parameter.set(&mut settings, *value));
+        }
+        followed
+            .iter()
+            .for_each(|(parameter, value)| parameter.set(&mut settings, *value));
+        if self.is_alone {
+            settings.brush = None;
+            table.remove(BRUSH);
         }
         let mut complete = settings.clone();
         if has_default_depth {

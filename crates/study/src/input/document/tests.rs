@@ -650,6 +650,24 @@ fn the_lines_of_the_message_name_the_columns() {
     }
 }
 
+/// Keys of a section are checked where it is left out, too.
+#[test]
+fn filaments_alone_have_no_unknown_keys_of_a_brush() {
+    let error = |line: &str, is_alone: bool| {
+        let text = format!("{FILE}[brush]\n{line}\n");
+        let mut document = Document::parse(&text, "case.toml").expect("a document");
+        if is_alone {
+            document = document.without_brush().expect("no sweep");
+        }
+        document.settings().map_err(|error| error.to_string())
+    };
+    for line in ["colums = 3", "rows = 0", "rows = \"many\""] {
+        let alone = error(line, true);
+        assert!(alone.is_err() && alone == error(line, false), "{alone:?}");
+    }
+    assert_eq!(error("rows = 2", true).expect("settings").brush, None);
+}
+
 #[test]
 fn options_state_keys_of_tables_in_a_section() {
     let text = format!("{FILE}[measured]\nfile = \"forces.csv\"\ncolumns.force_n = \"F\"\n");
