@@ -14,7 +14,6 @@ use bristle::model::settings::{MAX_STEADY_CHANGE, Settings, Turns};
 use bristle::simulation::{Pass, Statistics};
 use bristle::tool::{LEAN, Trim};
 use bristle::workpiece::{Edge, Part, Workpiece};
-use bristle_study::grid::uncertainty::scatters;
 use bristle_study::grid::{
     CaseResult, DEPTH, FORCE, Interaction, Study, TURNS, VELOCITY, equation,
 };
@@ -133,9 +132,6 @@ const JUMP: f64 = 2e-3;
 /// filaments keep each other off the workpiece.
 const CROWDED: f64 = 1.4;
 const PRESSED_PERIODS: f64 = 0.75;
-
-/// Contact time ratio above which filaments sweep for most of their way (docs/speed-and-depth.md).
-const CLEARLY_SWEEPING: f64 = 0.6;
 
 /// The setting that makes a filament imperfect.
 const TILT: &str = "filament.lateral_tilt_rad";
@@ -436,30 +432,6 @@ pub const RULES: &[Rule] = &[
             )
         },
         help: |_, _, _| Some("under [contact]: friction_coefficient = 0.3".to_owned()),
-    },
-    Rule {
-        id: "B016",
-        quantity: "contact_time_ratio",
-        meaning: "With [brush] the interval of F_n,w is that of filaments alone, times the effect of interaction at the stated values. \
-                  Where filaments sweep, both agree within 5 %. Near the line to striking, single filaments react otherwise than those \
-                  of a brush. Of one brush the lower end was 45 % too high there, the upper end 14 %.",
-        judge: |case| {
-            let outcome = case.outcome?;
-            // One simulation has no interval.
-            outcome.statistics?;
-            let has_interval = case.settings.brush.is_some() && scatters(case.settings);
-            has_interval
-                .then(|| below(outcome.metrics.contact_time_ratio, CLEARLY_SWEEPING))
-                .flatten()
-        },
-        statement: |value, limit| {
-            format!(
-                "the interval is that of single filaments, unsure at ε_tc = {value:.2}, below {limit}"
-            )
-        },
-        help: |_, _, _| {
-            Some("under [study]: \"contact.friction_coefficient\" = [0.2, 0.4, 0.6]".to_owned())
-        },
     },
 ];
 

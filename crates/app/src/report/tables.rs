@@ -244,9 +244,8 @@ fn origin_of_scatter(study: &Study, results: &[CaseResult], width: usize) -> Str
         } else {
             "cases have"
         };
-        let statement = format!(
-            "{without} {cases} no band because the simulations of most sampled tools failed"
-        );
+        let statement =
+            format!("{without} {cases} no band because simulations of sampled tools failed");
         wrap(width, &mut text, "", &statement);
     }
     text

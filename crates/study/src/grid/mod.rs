@@ -16,6 +16,7 @@ pub mod check;
 mod interaction;
 mod recorder;
 pub mod removal;
+mod sampled_brush;
 mod scheduler;
 mod sensitivity;
 mod setting;
@@ -28,9 +29,10 @@ pub mod uncertainty;
 pub use case::{CaseResult, CaseSummary, tentative};
 pub use interaction::{Interaction, turn_impulses};
 pub use recorder::PassRecorder;
+pub use sampled_brush::calibration_band;
 pub use scheduler::{
-    Resources, brush_scatter, by_work, calibration_band, press_brush, run_study, simulate_cases,
-    simulate_cases_with, thread_count, without_result, work,
+    Resources, by_work, press_brush, run_study, simulate_cases, simulate_cases_with, thread_count,
+    without_result, work,
 };
 pub use sensitivity::{ForceSensitivity, force_sensitivities};
 pub use setting::{

@@ -11,7 +11,7 @@ use std::{io, thread};
 use bristle::brush::{BrushError, BrushRun, RunOptions};
 use bristle::model::metrics::Metrics;
 use bristle::model::parameters::MIN_SAMPLES;
-use bristle::model::settings::{Settings, UncertaintySettings};
+use bristle::model::settings::Settings;
 use bristle::simulation::{
     DepthSearch, Found, IntegrationError, Job, Kind, Pass, Sampling, Simulation, SimulationError,
     Stop, Unreachable, of_trim, press_on, sample_side_by_side, simulate_places,
@@ -25,7 +25,8 @@ use super::study::Study;
 use crate::grid::case::{CaseResult, CaseSummary, tentative};
 use crate::grid::check::{finer_brush, finer_pass, largest_change};
 use crate::grid::interaction::{Interaction, statistics, turn_impulses};
-use crate::grid::uncertainty::{ForceScatter, Scatter, check, sampled, scatters};
+use crate::grid::sampled_brush::{SampledBrush, coarse_brush};
+use crate::grid::uncertainty::Scatter;
 
 /// Threads and memory that a study may use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -280,6 +281,15 @@ fn simulate_brush(
         Ok(pressed) => pressed,
     };
     result.tool.force_stiffness_n_m = stiffness;
+    let effect_of = |settings: &Settings| {
+        let result = simulate(&coarse_brush(settings), options)?;
+        Ok::<_, BrushError>(result.interaction_factor)
+    };
+    let scatter = SampledBrush::of(&settings, &result.tool)
+        .and_then(|sampled| sampled.map(|own| own.corrected(effect_of)).transpose());
+    if scatter.is_err() && stop.is_requested() {
+        return None;
+    }
     let checked = match study
         .checks()
         .then(|| simulate(&finer_brush(&settings), options))
@@ -290,62 +300,17 @@ fn simulate_brush(
     Some(Ok(CaseSummary {
         turn_contact_normal_impulses_n_s: turn_impulses(&result),
         statistics: statistics(&result.statistics),
-        scatter: brush_scatter(&settings, &result.tool).unwrap_or_else(|error| {
-            warn!(case = case + 1, error);
-            None
-        }),
+        scatter: scatter.map_or_else(
+            |error| {
+                warn!(case = case + 1, error);
+                None
+            },
+            |sampled| sampled?.distribution(),
+        ),
         brush: Some(Interaction::of(&result)),
         change_when_checked: checked.map(|checked| largest_change(&result.tool, &checked.tool)),
         metrics: result.tool,
     }))
-}
-
-/// Returns the distribution of the force of a brush with the metrics `tool`: that of filaments
-/// alone, times the effect of interaction. `None` if nothing scatters from tool to tool, or a
-/// filament alone has no force.
-///
-/// Sampled brushes would cost a hundred times as much. Interaction changes by less than the force
-/// does (docs/trust.md, "Interval of the tool force").
-///
-/// # Errors
-/// If filaments alone cannot be sampled, in words.
-pub fn brush_scatter(settings: &Settings, tool: &Metrics) -> Result<Option<ForceScatter>, String> {
-    if !scatters(settings) {
-        return Ok(None);
-    }
-    let alone = sampled(settings);
-    let without = |error: &dyn Display| format!("no interval of the force: {error}");
-    check(&alone).map_err(|error| without(&error))?;
-    let study = Study::of_cases(vec![alone]);
-    let results =
-        run_study(&study, NonZeroUsize::new(1), || ()).map_err(|error| without(&error))?;
-    let [result] = &results[..] else {
-        return Ok(None);
-    };
-    let result = result.as_ref().map_err(|error| without(error))?;
-    let factor = tool.tool_contact_normal_force_n / result.metrics.tool_contact_normal_force_n;
-    let scatter = result.scatter.clone().filter(|_| factor.is_finite());
-    Ok(scatter.map(|scatter| scatter.times(factor)))
-}
-
-/// Returns the part of [`brush_scatter`] that a calibration leaves open.
-///
-/// # Errors
-/// See [`brush_scatter`].
-pub fn calibration_band(
-    settings: &Settings,
-    tool: &Metrics,
-) -> Result<Option<ForceScatter>, String> {
-    let calibrated = Settings {
-        uncertainty: UncertaintySettings {
-            samples: settings.uncertainty.samples,
-            seed: settings.uncertainty.seed,
-            calibration: settings.uncertainty.calibration.clone(),
-            ..UncertaintySettings::default()
-        },
-        ..settings.clone()
-    };
-    brush_scatter(&calibrated, tool)
 }
 
 /// Simulates the brush that `settings` state by `simulate`, which returns force and result. Returns

@@ -18,7 +18,7 @@ use spec_math::cephes64::{ndtr, ndtri};
 
 use bristle::model::metrics::tool_force;
 use bristle::model::parameters::{Parameter, Violation};
-use bristle::model::settings::{Hold, Settings, UncertaintySettings};
+use bristle::model::settings::{CalibrationUncertainty, Hold, Settings, UncertaintySettings};
 
 mod calibration;
 #[cfg(test)]
@@ -343,9 +343,8 @@ impl Scatter {
                 let number =
                     |dimension| standard_normal(index, (INPUT_COUNT + dimension) as u32, seed);
                 let numbers: Vec<f64> = (0..own.settings.len()).map(number).collect();
-                let mut sampled = settings.clone();
-                calibration::sample(own, &mut sampled, &numbers);
-                (numbers, INPUTS.map(|input| get(input.mean, &sampled)))
+                let means = calibrated_means(settings, own, &numbers);
+                (numbers, means)
             })
         });
         let misfits = settings.uncertainty.calibration.iter().flat_map(|own| {
@@ -407,6 +406,73 @@ impl Scatter {
             settings.process.penetration_depth_m += settings.reach_m() - self.settings.reach_m();
         }
         (settings.process.penetration_depth_m > 0.0).then_some(settings)
+    }
+
+    /// Returns the tools at both ends of the band, which are not among the sampled ones, and the
+    /// position of each sampled tool between them: −1 at the lower end, 1 at the upper one. `None`
+    /// if the `impulses`, those of [`Scatter::reduce`], do not depend on the inputs.
+    ///
+    /// They are the most probable tools with forces at these ends, were the force linear in the
+    /// inputs. Few tools then suffice to correct forces of a simpler model (advanced mean value
+    /// method; Wu, Millwater and Cruse, AIAA Journal 28, 1990).
+    pub(crate) fn ends(&self, impulses: &[Option<f64>]) -> Option<(Self, Vec<f64>)> {
+        let known = self.per_filament(impulses);
+        let forces: Vec<f64> = known.iter().map(|(_, force)| *force).collect();
+        let (mean, _) = mean_and_variance(&forces);
+        let scattering = self.scattering();
+        // Inputs are independent: the covariance is the slope of the force.
+        let mut direction = vec![0.0; self.numbers(0).count()];
+        for &(tool, force) in &known {
+            for (slope, number) in direction.iter_mut().zip(self.numbers(tool)) {
+                *slope += (force - mean) * number;
+            }
+        }
+        let norm = direction
+            .iter()
+            .map(|slope| slope * slope)
+            .sum::<f64>()
+            .sqrt();
+        if norm == 0.0 {
+            return None;
+        }
+        direction.iter_mut().for_each(|slope| *slope /= norm);
+        let distance = ndtri(BAND[1]);
+        let numbers = BAND.map(|share| {
+            direction
+                .iter()
+                .map(|slope| ndtri(share) * slope)
+                .collect::<Vec<f64>>()
+        });
+        let point = |numbers: &Vec<f64>| {
+            let mut point = [0.0; INPUT_COUNT];
+            for (&input, number) in scattering.iter().zip(numbers) {
+                point[input] = *number;
+            }
+            point
+        };
+        let calibrated = self
+            .settings
+            .uncertainty
+            .calibration
+            .iter()
+            .flat_map(|own| {
+                numbers.iter().map(|numbers| {
+                    let numbers = numbers[scattering.len()..].to_vec();
+                    let means = calibrated_means(&self.settings, own, &numbers);
+                    (numbers, means)
+                })
+            });
+        let ends = Self {
+            points: numbers.iter().map(point).collect(),
+            calibrated: calibrated.collect(),
+            misfits: Vec::new(),
+            ..self.clone()
+        };
+        let position = |tool| {
+            let along: f64 = self.numbers(tool).zip(&direction).map(|(a, b)| a * b).sum();
+            along / distance
+        };
+        Some((ends, (0..self.count()).map(position).collect()))
     }
 
     /// Checks that each tool can be simulated.
@@ -522,24 +588,15 @@ impl Scatter {
             self.count(),
             "an impulse, or none, for each tool"
         );
-        let known: Vec<(usize, f64)> = impulses
-            .iter()
-            .enumerate()
-            .filter_map(|(tool, p)| Some((tool, (*p)?)))
-            .collect();
+        let known = self.per_filament(impulses);
         if 2 * known.len() < self.count() {
             return None;
         }
-        // A calibrated number of filaments enters the force of one filament, because it is
-        // correlated with the other calibrated settings.
-        let force =
-            |&(tool, p): &(usize, f64)| tool_force(p, self.calibrated_count(tool), self.rate(tool));
-        let per_filament: Vec<f64> = known.iter().map(force).collect();
+        let per_filament: Vec<f64> = known.iter().map(|(_, force)| *force).collect();
         let count_of = |tool: usize| self.value(tool, MOVING) / self.calibrated_count(tool);
         let mut forces: Vec<f64> = known
             .iter()
-            .zip(&per_filament)
-            .map(|(&(tool, _), force)| force * count_of(tool) * self.misfit(tool))
+            .map(|&(tool, force)| force * count_of(tool) * self.misfit(tool))
             .collect();
         forces.sort_by(f64::total_cmp);
         let [lower, upper] = BAND.map(|share| quantile(&forces, share));
@@ -552,24 +609,11 @@ impl Scatter {
             + (mean * count_std).powi(2)
             + variance * count_std.powi(2)
             + variance_of_misfit;
-        let scattering: Vec<usize> = (0..MOVING)
-            .filter(|&input| self.stds[input] > 0.0)
+        let scattering = self.scattering();
+        let points: Vec<Vec<f64>> = known
+            .iter()
+            .map(|&(tool, _)| self.numbers(tool).collect())
             .collect();
-        let calibrated = |tool: usize| {
-            self.calibrated
-                .get(tool)
-                .map_or(&[][..], |(numbers, _)| numbers)
-                .iter()
-                .copied()
-        };
-        let point = |&(tool, _): &(usize, f64)| {
-            scattering
-                .iter()
-                .map(|&input| self.points[tool][input])
-                .chain(calibrated(tool))
-                .collect()
-        };
-        let points: Vec<Vec<f64>> = known.iter().map(point).collect();
         let (mut shares, mut sobol_calibration) = ([0.0; INPUT_COUNT], 0.0);
         if variance_of_force > 0.0 {
             for (position, index) in first_order(&points, &per_filament).into_iter().enumerate() {
@@ -611,12 +655,51 @@ impl Scatter {
         })
     }
 
+    /// Returns each tool whose simulation did not fail, and the force that one filament adds in N.
+    fn per_filament(&self, impulses: &[Option<f64>]) -> Vec<(usize, f64)> {
+        let force = |(tool, impulse): (usize, &Option<f64>)| {
+            // A calibrated number of filaments enters here, because it is correlated with the other
+            // calibrated settings.
+            let force = tool_force((*impulse)?, self.calibrated_count(tool), self.rate(tool));
+            Some((tool, force))
+        };
+        impulses.iter().enumerate().filter_map(force).collect()
+    }
+
+    /// Returns the inputs of the motion that scatter.
+    fn scattering(&self) -> Vec<usize> {
+        (0..MOVING)
+            .filter(|&input| self.stds[input] > 0.0)
+            .collect()
+    }
+
+    /// Returns the standard normal numbers that make up the motion of a tool: those of the inputs
+    /// that scatter, then those of the calibrated settings.
+    fn numbers(&self, tool: usize) -> impl Iterator<Item = f64> + '_ {
+        let inputs = self.scattering().into_iter();
+        let calibrated = self.calibrated.get(tool).map(|(numbers, _)| numbers);
+        inputs
+            .map(move |input| self.points[tool][input])
+            .chain(calibrated.into_iter().flatten().copied())
+    }
+
     /// Returns the rate `ω` of a tool in rad/s.
     fn rate(&self, tool: usize) -> f64 {
         // A tool that does not reach the workpiece adds no force at any rate.
         self.settings(tool)
             .map_or(0.0, |settings| settings.angular_velocity_rad_s())
     }
+}
+
+/// Returns the means of the inputs where calibrated settings are those of a sample.
+fn calibrated_means(
+    settings: &Settings,
+    own: &CalibrationUncertainty,
+    numbers: &[f64],
+) -> [f64; INPUT_COUNT] {
+    let mut sampled = settings.clone();
+    calibration::sample(own, &mut sampled, numbers);
+    INPUTS.map(|input| get(input.mean, &sampled))
 }
 
 /// Returns the share of tools whose force is at most `force_n`, from the lower end, the median and
@@ -912,6 +995,38 @@ mod tests {
             .step_by(3)
             .for_each(|impulse| *impulse = None);
         assert_eq!(scatter.reduce(&impulses), None);
+    }
+
+    /// The gradient of a force of `1 N · (1 + 3 z/100 + 4 z'/100)` leads to both ends.
+    #[test]
+    fn ends_of_the_band_are_the_most_probable_tools_there() {
+        let stds = "diameter_std_m = 2e-5\nyoungs_modulus_std_pa = 3e8\ndamping_ratio_std = 5e-3";
+        let scatter = Scatter::of(&settings(&format!("{stds}\nsamples = 16384"))).expect("tools");
+        let deviations = |scatter: &Scatter, tool| {
+            let filament = scatter.settings(tool).expect("a tool").filament;
+            let [diameter, modulus] = [filament.diameter_m, filament.youngs_modulus_pa];
+            [(diameter - 1e-3) / 2e-5, (modulus - 3e9) / 3e8]
+        };
+        let impulses: Vec<Option<f64>> = (0..scatter.count())
+            .map(|tool| {
+                let [diameter, modulus] = deviations(&scatter, tool);
+                Some(1.0 + 0.03 * diameter + 0.04 * modulus)
+            })
+            .collect();
+        let (ends, positions) = scatter.ends(&impulses).expect("a force that varies");
+        let distance = ndtri(0.975);
+        for (end, sign) in [-1.0, 1.0].into_iter().enumerate() {
+            for (found, share) in deviations(&ends, end).into_iter().zip([0.6, 0.8]) {
+                // The samples are uncorrelated to 0.002, as above.
+                assert!((found - sign * share * distance).abs() < 0.01, "{found}");
+            }
+        }
+        for (tool, position) in positions.into_iter().enumerate() {
+            let [diameter, modulus] = deviations(&scatter, tool);
+            let expected = (0.6 * diameter + 0.8 * modulus) / distance;
+            assert!((position - expected).abs() < 0.02, "{position}");
+        }
+        assert!(scatter.ends(&vec![Some(0.0); scatter.count()]).is_none());
     }
 
     #[test]
