@@ -173,12 +173,16 @@ class ContactMetrics(TypedDict):
     k_P/k_w."""
 
     turns: int
-    """Turns: turns of the tool that were simulated; all metrics are those of the last
-    one."""
+    """Turns: turns of the tool that were simulated; metrics are those of the last one,
+    or means over the last 25 of 50 that do not become steady."""
 
     unsteady_turns: bool
     """Unsteady turns: whether p_n still changes from turn to turn after 50 turns with
     turns = "steady"."""
+
+    impulse_standard_error: float
+    """Standard error of p_n: standard error of p_n over p_n, where turns do not become
+    steady and p_n is a mean over the last ones; else 0."""
 
     equilibrium_residual: float
     """Residual of the start: largest angular acceleration of a segment at the start
