@@ -48,11 +48,13 @@ class Calibration(Mapping[str, "float | None"]):
         record: Mapping[str, Any],
         text: str,
         change_when_checked: float | None = None,
+        findings: Sequence[Mapping[str, Any]] = (),
     ) -> None:
         self._stated = settings
         self._record = record
         self._text = text
         self._change_when_checked = change_when_checked
+        self._findings = tuple(arguments.fixed(each) for each in findings)
 
     def __getitem__(self, key: str) -> float | None:
         value: float | None = self._of_each("value")[key]
@@ -74,6 +76,14 @@ class Calibration(Mapping[str, "float | None"]):
         """By how much what was fitted changes at most with more precision, over itself; ``None``
         without ``check=True``."""
         return self._change_when_checked
+
+    @property
+    def findings(self) -> tuple[Mapping[str, Any], ...]:
+        """What is not as it seems: ``id``, ``quantity``, ``value``, ``limit``, ``statement``, and ``help``.
+
+        ``bristle explain`` says what an id means.
+        """
+        return self._findings
 
     @property
     def standard_errors(self) -> dict[str, float | None]:
@@ -264,10 +274,10 @@ def calibrate(
     table = (_table(measured), [str(name) for name in measured], relative_std)
     means = (threads, place, restart, check)
     with of_share(progress, "the calibration") as tell:
-        record, text, change = _bristle.calibrate(
+        record, text, change, findings = _bristle.calibrate(
             checked(settings), table, options, reach, means, tell
         )
-    return Calibration(settings, json.loads(record), text, change)
+    return Calibration(settings, json.loads(record), text, change, json.loads(findings))
 
 
 def _table(measured: Mapping[str, Any]) -> str:

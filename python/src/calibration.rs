@@ -18,8 +18,8 @@ use crate::input::{InputFile, occupied_for};
 use crate::interrupt::on_a_thread_sharing;
 
 /// Fits settings of `input` to the table `measured`, with its relative standard deviation. Returns
-/// the text of `calibration.json`, the text that the program prints, and the change if it is to
-/// `check`.
+/// the text of `calibration.json`, the text that the program prints, the change if it is to
+/// `check`, and the findings as JSON.
 ///
 /// Only those `headings` count that are keys or are named by `[measured]`. Files are written to the
 /// directory `out`, if there is one. Each of `fit` is a key, or a key and its range.
@@ -32,7 +32,7 @@ pub fn calibrate(
     reach: (Option<f64>, Option<f64>),
     means: (Option<NonZeroUsize>, Option<PathBuf>, bool, bool),
     tell: Option<Py<PyAny>>,
-) -> PyResult<(String, String, Option<f64>)> {
+) -> PyResult<(String, String, Option<f64>, String)> {
     let (threads, out, restart, check) = means;
     let (table, headings, relative_std) = measured;
     let document = input.document()?;
@@ -74,6 +74,7 @@ pub fn calibrate(
     })?;
     let found = found.map_err(of_calibration)?;
     let change = found.change.transpose().map_err(of_settings)?;
-    let calibration = found.calibration;
-    Ok((calibration.json(), summary(&calibration, WIDTH), change))
+    let findings = serde_json::to_string(&found.findings).map_err(of_settings)?;
+    let text = summary(&found.calibration, WIDTH);
+    Ok((found.calibration.json(), text, change, findings))
 }

@@ -55,6 +55,7 @@ def test_exact_forces_give_the_settings(
     assert values[KEYS[0]] == pytest.approx(2.2e9, rel=1e-3)
     assert values[KEYS[1]] == pytest.approx(0.25, rel=1e-3)
     assert found.undetermined == [] and found.chi_squared < 1e-2
+    assert [each["id"] for each in found.findings] == ["B015"], "the filaments are packed"
     assert found.residuals["residual"].size == 11
     errors = [found.standard_errors[key] for key in KEYS]
     assert np.sqrt(np.diag(found.covariance)) == pytest.approx(errors)

@@ -44,8 +44,9 @@ use crate::values::{INTERRUPTED, parse_positive};
 /// measured; with --fit workpiece.edge_radius_m the radius at the start is sought, too. Printed is
 /// also whether the square root of time fits the radii.
 ///
-/// With [brush], filaments touch each other. Each simulated brush is a line of
-/// DIR/journal.jsonl: the same command goes on from there after Ctrl-C or a crash.
+/// With [brush], which `bristle new` writes where filaments are packed, they touch each other. Each
+/// simulated brush is a line of DIR/journal.jsonl: the same command goes on from there after Ctrl-C
+/// or a crash. Without [brush], or with --alone, finding B015 names the bias.
 ///
 /// --check simulates what was fitted again at the values found, passes at a tenth of their tolerance
 /// and brushes at a quarter, and says by how much it changes at most.
