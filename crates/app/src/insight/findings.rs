@@ -10,7 +10,7 @@ use std::fmt::{self, Display, Formatter};
 use bristle::model::filament::first_natural_frequency;
 use bristle::model::metrics::{Metrics, UNSTABLE_AMPLIFICATION};
 use bristle::model::parameters::Parameter;
-use bristle::model::settings::{MAX_STEADY_CHANGE, Settings, Turns};
+use bristle::model::settings::{BrushSettings, Ends, MAX_STEADY_CHANGE, Settings, Turns};
 use bristle::simulation::{Pass, Statistics};
 use bristle::tool::{LEAN, Trim};
 use bristle::workpiece::{Edge, Part, Workpiece};
@@ -159,9 +159,8 @@ const BIAS: Rule = Rule {
         )
     },
     help: |case, _, _| {
-        Trim::of(case.settings)
-            .is_radial()
-            .then(|| "add [brush]; friction is fitted with interaction then".to_owned())
+        missing_brush(case.settings)
+            .map(|_| "add [brush]; friction is fitted with interaction then".to_owned())
     },
 };
 
@@ -193,13 +192,9 @@ pub const RULES: &[Rule] = &[
             )
         },
         help: |case, _, _| {
-            if !Trim::of(case.settings).is_radial() || case.settings.tube().is_some() {
-                return None;
-            }
-            let ends = if is_posed(case.settings) {
-                " with ends = \"free\""
-            } else {
-                ""
+            let ends = match missing_brush(case.settings)?.ends {
+                Ends::Free => " with ends = \"free\"",
+                Ends::Periodic => "",
             };
             Some(format!(
                 "add [brush]{ends}; the force is likely {} then",
@@ -567,8 +562,22 @@ pub fn bias_of_fit(settings: &Settings) -> Option<Finding> {
 }
 
 /// Returns `true` if filaments touch each other to an effect, although each is simulated alone.
-pub(crate) fn is_packed(settings: &Settings) -> bool {
+fn is_packed(settings: &Settings) -> bool {
     settings.brush.is_none() && tip_spacing(settings) < PACKED
+}
+
+/// Returns the section that simulates packed filaments together; `None` if they are not packed, or
+/// only simulated alone: those of cups, of cones and in tubes.
+pub(crate) fn missing_brush(settings: &Settings) -> Option<BrushSettings> {
+    let is_possible = Trim::of(settings).is_radial() && settings.tube().is_none();
+    (is_possible && is_packed(settings)).then(|| BrushSettings {
+        ends: if is_posed(settings) {
+            Ends::Free
+        } else {
+            Ends::Periodic
+        },
+        ..BrushSettings::default()
+    })
 }
 
 /// Returns `true` if a case is laterally unstable; `false` for a failed one.
@@ -691,7 +700,7 @@ pub(crate) fn place(settings: &Settings) -> String {
 mod tests {
     use super::*;
     use crate::insight::testing::{brush, result};
-    use bristle::model::settings::{BrushSettings, ToolKind, WorkpieceKind};
+    use bristle::model::settings::{ToolKind, WorkpieceKind};
     use bristle_study::grid::Sweep;
     use bristle_study::input::document::Document;
     use bristle_study::text::columns;
@@ -852,6 +861,35 @@ mod tests {
         let mut two = sparse(30.0);
         two.process.turns = Some(Turns::Count(2));
         assert_eq!(ids(&told(&two, None, &quiet)), [""; 0]);
+    }
+
+    /// `[brush]` is advised only where the checks accept it.
+    #[test]
+    fn a_brush_is_advised_where_it_can_be_simulated() {
+        let packed = Settings::paper(10.0, 1e-3);
+        let help = |settings: &Settings| {
+            let [finding] = &told(settings, None, &Metrics::default())[..] else {
+                panic!("one finding");
+            };
+            assert_eq!(finding.id, "B002");
+            let brush = missing_brush(settings);
+            assert!(finding.help.is_some() == brush.is_some());
+            let bias = bias_of_fit(settings).expect("they touch");
+            assert!(bias.help.is_some() == brush.is_some());
+            let together = Settings {
+                brush,
+                ..settings.clone()
+            };
+            together.check().expect("settings");
+            together.brush.map(|brush| brush.ends)
+        };
+        assert_eq!(help(&packed), Some(Ends::Periodic));
+        let mut tilted = packed.clone();
+        tilted.tool.tilt_rad = Some(0.05);
+        assert_eq!(help(&tilted), Some(Ends::Free));
+        let mut cup = packed.clone();
+        cup.tool.kind = ToolKind::Cup;
+        assert_eq!(help(&cup), None);
     }
 
     #[test]

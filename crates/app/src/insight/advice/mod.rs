@@ -1480,6 +1480,22 @@ mod tests {
         );
     }
 
+    /// Filaments of a packed cup are simulated alone, as `[brush]` is refused there.
+    #[test]
+    fn a_packed_cup_is_recommended_without_a_brush() {
+        let study = testing::study(
+            "[tool]\nkind = \"cup\"\nbody_radius_m = 0.030\nwidth_m = 0.010\nfilament_count = 1500\n\
+             [filament]\nlength_m = 0.025\ndiameter_m = 0.5e-3\nsegments = 4\n[solver]\nrelative_tolerance = 1e-3\n\
+             [process]\nbrushing_velocity_m_s = 5.0\npenetration_depth_m = 1e-3\n\
+             [contact]\nfriction_coefficient = 0.3\n[study]\npenetration_depth_m = [0.5e-3, 1e-3]",
+        );
+        let mut advice = advice(&study, &[(3.0, 0.9), (30.0, 0.9)].map(Some), target(10.0));
+        advice.verify(None, &Stop::default()).expect("threads");
+        let recommendation = advice.recommendation.expect("a recommendation");
+        let verified = recommendation.verified.expect("it was simulated");
+        assert_eq!((verified.with_interaction, verified.error), (false, None));
+    }
+
     /// The advice along the tier at one depth: velocity, sentence, and rows of the other cases.
     fn tier(cases: &[Case]) -> Option<(f64, String, Vec<usize>)> {
         let velocities: Vec<usize> = (1..=cases.len()).collect();

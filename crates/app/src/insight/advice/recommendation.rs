@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 
 use bristle::model::metrics::SWEEPING_RATIO;
 use bristle::model::parameters::Parameter;
-use bristle::model::settings::{BrushSettings, Settings, Turns, UncertaintySettings};
+use bristle::model::settings::{Ends, Settings, Turns, UncertaintySettings};
 use bristle::simulation::{Sampling, Stop};
 use bristle_study::grid::{CaseResult, CaseSummary, DEPTH, Study, VELOCITY, simulate_cases};
 use bristle_study::input::first_file::ASSUMED_TILT_RAD;
@@ -23,7 +23,7 @@ use super::rank::{NEAR, coarse_rank, rank};
 use super::section::Section;
 use super::suggestion::rounded;
 use crate::insight::assumptions::Assumptions;
-use crate::insight::findings::is_packed;
+use crate::insight::findings::missing_brush;
 use crate::insight::slices::Varied;
 
 /// Relative difference from the wanted force at which the search ends.
@@ -320,9 +320,8 @@ impl Recommendation {
         stop: &Stop,
     ) -> io::Result<()> {
         let mut settings = self.settings.clone();
-        // In tubes they are simulated alone only.
-        if is_packed(&settings) && settings.tube().is_none() {
-            settings.brush = Some(BrushSettings::default());
+        if let Some(brush) = missing_brush(&settings) {
+            settings.brush = Some(brush);
             // Neighbours decide how filaments arrive, and the band is that of the study, from brush
             // to brush.
             settings.process.turns = Some(Turns::Count(1));
@@ -392,8 +391,10 @@ impl Recommendation {
                     .push("beyond the limits, once simulated".to_owned());
             }
             self.weaknesses.extend(resonance(&self.settings));
-            if verified.with_interaction {
-                let tilt = self.settings.brush_or_default().lateral_tilt_std_rad;
+            let brush = self.settings.brush_or_default();
+            let tilt = brush.lateral_tilt_std_rad;
+            // A few rows stand for all of them if they repeat along the axis.
+            if verified.with_interaction && (tilt > 0.0 || brush.ends == Ends::Periodic) {
                 let simulated = if tilt > 0.0 {
                     Some(InSpace::of(tilt, false, 1.0, summary))
                 } else {
