@@ -11,7 +11,8 @@ test:
 # Check format, lints, layers and documentation
 lint:
     cargo fmt --all --check
-    cargo clippy --workspace --all-targets --features bristle-cli/parquet -- -D warnings
+    cargo clippy --workspace --all-targets -- -D warnings
+    cargo clippy --workspace --all-targets --features bristle-cli/parquet,bristle-cli/vtk -- -D warnings
     .ci/layers
     RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps
 

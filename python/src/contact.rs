@@ -1,5 +1,6 @@
 //! One contact of one filament.
 
+use std::iter;
 use std::path::{Path, PathBuf};
 
 use bristle::model::parameters::Parameter;
@@ -117,7 +118,7 @@ fn write(
     let settings = settings.at_depth(simulation.metrics.penetration_depth_m);
     py.detach(|| {
         let drawn = last_shapes(&settings, simulation);
-        write_contact(out, &settings, simulation, &drawn, &[]).map(drop)
+        write_contact(out, &settings, simulation, &drawn, iter::empty()).map(drop)
     })
 }
 

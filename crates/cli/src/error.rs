@@ -124,6 +124,10 @@ pub enum CliError {
     Exists(PathBuf),
     #[error("without a terminal to ask at, state {0}")]
     Unanswered(String),
+    #[error(
+        "--vtk: this program was built without VTK\n   = help: build it with `--features vtk`, as docs/results.md says"
+    )]
+    NoVtk,
     /// An option that does not apply to this input file.
     #[error("{option} is for {remedy}")]
     Option {

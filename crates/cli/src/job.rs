@@ -3,9 +3,8 @@
 use std::path::PathBuf;
 
 use bristle_app::insight::findings::{Finding, rule};
-use bristle_app::report::vtk::is_file_name;
-use bristle_app::run::vtk_files::VTK;
 use bristle_app::store::staged::{Occupied, occupy, prepare_directory};
+use bristle_app::store::vtk_files::{VTK, is_file_name};
 use bristle_study::input::document::Document;
 use clap::Args;
 

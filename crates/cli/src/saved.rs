@@ -6,12 +6,11 @@ use bristle::model::settings::Settings;
 use bristle::simulation::{ProfileCell, Sample, Shape};
 use bristle_app::report::drawing::format::Format;
 use bristle_app::report::figures::{Brush, Picture, contact_figures};
-use bristle_app::report::vtk::is_file_name;
 use bristle_app::run::brush::{BRUSH, CONTACTS, FILAMENTS};
 use bristle_app::run::contact::{CASE, HISTORY, METRICS, PROFILE, SHAPES};
-use bristle_app::run::vtk_files::vtk_name;
 use bristle_app::store::staged::{FileError, read_results};
 use bristle_app::store::study_files::{RUNS, STUDY};
+use bristle_app::store::vtk_files::{is_file_name, vtk_name};
 use bristle_study::input::table::DataError;
 
 use bristle_app::store::results::{

@@ -1,7 +1,7 @@
 //! Results of Bristle in formats for people and programs.
 //!
-//! `parquet` writes tables (with the feature of that name), [`vtk`] the filament's motion for
-//! ParaView, and [`tables`] text for a terminal. [`figures`] has figures, which [`drawing`] draws.
+//! `parquet` writes tables and `vtk` the filament's motion for ParaView, with the features of these
+//! names. [`tables`] has text for a terminal. [`figures`] has figures, which [`drawing`] draws.
 //! [`page`] makes a study one page to explore in a browser. All return text or bytes. The program
 //! handles the files.
 
@@ -14,4 +14,5 @@ pub mod parquet;
 pub mod removal;
 pub mod tables;
 pub mod view;
+#[cfg(feature = "vtk")]
 pub mod vtk;

@@ -20,13 +20,7 @@ use bristle::workpiece::{Workpiece, unit_normal};
 
 use crate::report::drawing::ends;
 use crate::report::view::{is_upright, sampled_pass};
-
-/// Maximum number of shapes in a pass: their numbers in file names have four digits.
-pub const MAX_SHAPES: usize = 10_000;
-
-const COLLECTION: &str = "contact.pvd";
-const BRUSH_COLLECTION: &str = "brush.pvd";
-const WORKPIECE: &str = "workpiece.vtp";
+use crate::store::vtk_files::{BRUSH_COLLECTION, COLLECTION, WORKPIECE};
 
 /// The start of every file. The header of a block of numbers is its length in bytes.
 const HEADING: &str = "<?xml version=\"1.0\"?>\n";
@@ -37,21 +31,6 @@ const COMPONENTS: &str = "NumberOfComponents";
 
 /// Margin of the drawn workpiece beyond the reach of the undeformed tips, as a share of this reach.
 const MARGIN: f64 = 0.1;
-
-/// Returns `true` if a file of this name may belong to a run with any number of shapes or frames.
-pub fn is_file_name(name: &str) -> bool {
-    let is_numbered = |beginning: &str| {
-        let number = name
-            .strip_prefix(beginning)
-            .and_then(|name| name.strip_suffix(".vtp"));
-        number.is_some_and(|number| {
-            number.len() == 4 && number.bytes().all(|digit| digit.is_ascii_digit())
-        })
-    };
-    is_numbered("filament_")
-        || is_numbered("brush_")
-        || [WORKPIECE, COLLECTION, BRUSH_COLLECTION].contains(&name)
-}
 
 /// Returns the name of the file of the moving points at one time.
 fn numbered(moving: &str, number: usize) -> String {
@@ -393,6 +372,7 @@ fn collection(moving: &str, times: impl Iterator<Item = f64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::store::vtk_files::is_file_name;
     use std::f64::consts::FRAC_PI_2;
 
     use bristle::model::settings::{ToolKind, Turns, WorkpieceKind};

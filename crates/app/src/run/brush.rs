@@ -18,12 +18,12 @@ use crate::report::page::{Notes, brush_page};
 use crate::run::checkpoint_file::CheckpointFile;
 use crate::run::contact::{CHECK, HISTORY, METRICS, OF_CONTACT};
 use crate::run::forces::ForceJournal;
-use crate::run::vtk_files::{commit_vtk, stage_vtk};
 use crate::store::journal_file::JournalFileError;
 use crate::store::results::{
     FileHashes, case_text, write_brush_history, write_contacts, write_filaments,
 };
 use crate::store::staged::{FileError, StagedFile, remove};
+use crate::store::vtk_files::{commit_vtk, stage_vtk};
 
 pub use crate::run::checkpoint_file::{CHECKPOINT, UnusableCheckpoint};
 

@@ -12,15 +12,14 @@ use crate::report::figures::drawn_shapes;
 #[cfg(feature = "parquet")]
 use crate::report::parquet::write_history_parquet;
 use crate::report::view::first_turn;
-use crate::report::vtk::files;
 use crate::run::brush::{CHECKPOINT, OF_BRUSH};
-use crate::run::vtk_files::{commit_vtk, stage_vtk};
 use crate::store::journal_file::JOURNAL;
 use crate::store::results::{
     FileHashes, case_text, write_history, write_metrics, write_positions, write_profile,
     write_shapes,
 };
 use crate::store::staged::{FileError, StagedFile, remove};
+use crate::store::vtk_files::{commit_vtk, stage_vtk};
 
 /// Version, settings, and hashes of the other files.
 pub const CASE: &str = "case.json";
@@ -104,7 +103,7 @@ pub fn last_shapes(settings: &Settings, simulation: &Simulation) -> Vec<Shape> {
 
 /// Writes the files of a contact to its directory, which must be occupied, and returns the paths of
 /// those to tell of. Removes those of an earlier brush or check. `settings` have the depth that was
-/// simulated, `drawn` are its [`last_shapes`], and `for_vtk` the shapes for ParaView.
+/// simulated, `drawn` are its [`last_shapes`], and `for_vtk` names and texts of files for ParaView.
 ///
 /// # Errors
 /// If a file cannot be written.
@@ -113,7 +112,7 @@ pub fn write_contact(
     settings: &Settings,
     simulation: &Simulation,
     drawn: &[Shape],
-    for_vtk: &[Shape],
+    for_vtk: impl Iterator<Item = (String, String)>,
 ) -> Result<Vec<PathBuf>, FileError> {
     let mut hashes = FileHashes::new();
     let mut stage = |name: &str, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
@@ -129,8 +128,7 @@ pub fn write_contact(
     if !positions.is_empty() {
         staged.push(stage(POSITIONS, &|out| write_positions(out, positions))?);
     }
-    let for_vtk = (!for_vtk.is_empty()).then(|| files(settings, for_vtk));
-    let vtk = stage_vtk(directory, for_vtk.into_iter().flatten(), &mut hashes)?;
+    let vtk = stage_vtk(directory, for_vtk, &mut hashes)?;
     let case = case_text(settings, &hashes);
     #[cfg(feature = "parquet")]
     staged.push(StagedFile::write(directory.join(HISTORY_PARQUET), |out| {

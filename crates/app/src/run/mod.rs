@@ -11,7 +11,6 @@ pub mod contact;
 pub mod convergence;
 pub mod forces;
 pub mod removal;
-pub mod vtk_files;
 
 use std::io;
 use std::num::NonZeroUsize;

@@ -1,7 +1,6 @@
-//! Result files of the command line for other programs: VTK, and Parquet with the feature of that
-//! name.
+//! Result files of the command line for other programs, with the features `vtk` and `parquet`.
 
-use crate::program::{Workspace, brush, has};
+use crate::program::{Workspace, brush};
 
 /// A small and quick case.
 const FILE: &str = concat!(
@@ -19,6 +18,7 @@ brushing_velocity_m_s = [10.0, 20.0]
 "
 );
 
+#[cfg(feature = "vtk")]
 #[test]
 fn simulate_writes_shapes_for_paraview() {
     let directory = Workspace::with(FILE);
@@ -26,7 +26,7 @@ fn simulate_writes_shapes_for_paraview() {
     directory.has_no("one/vtk");
     let metrics = directory.bytes("one/metrics.json");
     let said = directory.said("simulate case.toml --out one --vtk");
-    has(&said, &["vtk/contact.pvd"]);
+    crate::program::has(&said, &["vtk/contact.pvd"]);
     assert!(directory.bytes("one/metrics.json") == metrics);
     let first = directory.bytes("one/vtk/filament_0000.vtp");
     assert_eq!(directory.names("one/vtk").len(), 202);
@@ -51,6 +51,7 @@ fn simulate_writes_shapes_for_paraview() {
     assert_eq!(directory.names("one/vtk"), ["own.pvsm"]);
 }
 
+#[cfg(feature = "vtk")]
 #[test]
 fn shapes_that_cannot_be_written_are_refused_before_anything_is_written() {
     let directory = Workspace::with(FILE);
@@ -63,6 +64,22 @@ fn shapes_that_cannot_be_written_are_refused_before_anything_is_written() {
     directory.make("two/vtk/contact.pvd");
     directory.refuses("simulate case.toml --out two --vtk", &["contact.pvd"]);
     assert_eq!(directory.names("two"), ["vtk"]);
+}
+
+/// Without the feature, shapes of an earlier run are removed.
+#[cfg(not(feature = "vtk"))]
+#[test]
+fn a_program_without_vtk_says_how_to_build_one_with_it() {
+    let directory = Workspace::with(FILE);
+    let help = "build it with `--features vtk`";
+    directory.refuses("simulate case.toml --out one --vtk", &[help]);
+    directory.has_no("one");
+    directory.make("one/vtk");
+    for name in ["filament_0000.vtp", "own.pvsm"] {
+        directory.write(&format!("one/vtk/{name}"), "earlier");
+    }
+    directory.run("simulate case.toml --out one");
+    assert_eq!(directory.names("one/vtk"), ["own.pvsm"]);
 }
 
 /// Without the feature, tables of an earlier run are removed.

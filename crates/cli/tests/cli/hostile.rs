@@ -10,7 +10,7 @@ use predicates::prelude::*;
 use predicates::str::contains;
 
 use crate::commands::STATE;
-use crate::program::{Workspace, has, lacks, sparse};
+use crate::program::{VTK, Workspace, has, lacks, sparse};
 
 /// A small and quick case, section by section.
 const SECTIONS: [&str; 4] = [
@@ -178,7 +178,9 @@ fn a_reader_that_leaves_is_no_error() {
 #[test]
 fn a_killed_command_leaves_nothing_for_long() {
     let workspace = surroundings();
-    workspace.run("simulate case.toml --out one --vtk=2");
+    let simulate = format!("simulate case.toml --out one {VTK}");
+    workspace.make("one/vtk");
+    workspace.run(&simulate);
     let names = || ["one", "one/figures", "one/vtk"].map(|directory| workspace.names(directory));
     let clean = names();
     let leftovers = [
@@ -197,10 +199,10 @@ fn a_killed_command_leaves_nothing_for_long() {
     // While another process writes there, these files may belong to it.
     let other = File::open(workspace.path("one")).expect("the directory");
     other.lock_shared().expect("a lock");
-    workspace.run("simulate case.toml --out one --vtk=2");
+    workspace.run(&simulate);
     assert_eq!(present(&leftovers), leftovers.len());
     drop(other);
-    workspace.run("simulate case.toml --out one --vtk=2");
+    workspace.run(&simulate);
     assert_eq!(names(), clean);
 
     // Files that no command of this name writes stay.
@@ -213,7 +215,7 @@ fn a_killed_command_leaves_nothing_for_long() {
     let own = ".equations.txt.bristle-a1B2c3";
     write(&foreign);
     write(&[own]);
-    workspace.run("simulate case.toml --out one --vtk=2");
+    workspace.run(&simulate);
     workspace.run("derive --segments 1 --out equations.txt");
     assert_eq!(present(&foreign), foreign.len());
     assert_eq!(present(&[own]), 0);
@@ -222,17 +224,13 @@ fn a_killed_command_leaves_nothing_for_long() {
 #[test]
 fn results_of_two_cases_are_not_drawn_as_one() {
     let workspace = surroundings();
-    workspace.run("simulate case.toml --out one --vtk=2");
+    workspace.run(&format!("simulate case.toml --out one {VTK}"));
     workspace.write("other.toml", SECTIONS.concat().replace("10.0", "11.0"));
-    workspace.run("simulate other.toml --out two --vtk=2");
-    for name in [
-        "history.csv",
-        "profile.csv",
-        "shapes.csv",
-        "metrics.json",
-        "vtk/contact.pvd",
-        "vtk/filament_0001.vtp",
-    ] {
+    workspace.run(&format!("simulate other.toml --out two {VTK}"));
+    let for_vtk = ["vtk/contact.pvd", "vtk/filament_0001.vtp"];
+    let for_vtk = for_vtk.into_iter().filter(|_| cfg!(feature = "vtk"));
+    let tables = ["history.csv", "profile.csv", "shapes.csv", "metrics.json"];
+    for name in tables.into_iter().chain(for_vtk) {
         let [one, two] = ["one", "two"].map(|directory| format!("{directory}/{name}"));
         let own = workspace.read(&one);
         workspace.write(&one, workspace.read(&two));
@@ -246,6 +244,7 @@ fn results_of_two_cases_are_not_drawn_as_one() {
     }
     workspace.run("report one --out drawn");
     // Drawing does not need the shapes.
+    workspace.make("one/vtk");
     workspace.remove("one/vtk");
     workspace.run("report one --out drawn");
 }
@@ -275,7 +274,7 @@ fn links_in_place_of_results_are_refused() {
             "runs.csv study.json report.html journal.jsonl measured.csv measured_comparison.csv figures/impulse_map.svg",
         ),
         (
-            "simulate case.toml --vtk",
+            "simulate case.toml",
             "history.csv profile.csv shapes.csv metrics.json case.json figures/history.png vtk/contact.pvd",
         ),
         ("simulate brush.toml", "filaments.csv checkpoint.bin"),
@@ -288,7 +287,7 @@ fn links_in_place_of_results_are_refused() {
     for (command, name) in [
         ("study case.toml", "figures"),
         ("simulate case.toml", "figures"),
-        ("simulate case.toml --vtk", "vtk"),
+        ("simulate case.toml", "vtk"),
     ] {
         is_refused(command, name, "");
     }

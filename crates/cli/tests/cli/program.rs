@@ -29,6 +29,9 @@ pub fn bristle(directory: &Path, arguments: &str) -> Command {
     command
 }
 
+/// Option for shapes of a contact or a brush; empty of a program without the feature.
+pub const VTK: &str = if cfg!(feature = "vtk") { "--vtk=2" } else { "" };
+
 /// Expands to the sections `[tool]` and `[filament]` of an input file: the paper's brush with a
 /// number of segments, and further lines of `[tool]`.
 macro_rules! brush {

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::program::{Workspace, brush, has, lacks, sparse, words};
+use crate::program::{VTK, Workspace, brush, has, lacks, sparse, words};
 
 /// A fast brush with few segments, whose filaments return still vibrating.
 const HEAD: &str = concat!(
@@ -40,7 +40,7 @@ fn the_turns_of_a_contact_are_in_its_files() {
     // The line of the help works.
     let (_, line) = text.trim().rsplit_once("]: ").expect("a line");
     directory.write("case.toml", sparse(&format!("{HEAD}{line}\n")));
-    let text = directory.told("simulate case.toml --out one --vtk=5");
+    let text = directory.told(&format!("simulate case.toml --out one {VTK}"));
     lacks(&text, &["% of its vibration"]);
     assert!(last_of_turns(&directory.json("one/metrics.json")) > 2);
     assert_eq!(

@@ -19,15 +19,16 @@ use bristle_app::insight::findings::{JudgedCase, JudgedResult, judge_case};
 use bristle_app::report::figures::{Brush, brush_figures};
 use bristle_app::report::page::Notes;
 use bristle_app::report::tables::{band_line, brush_table};
+#[cfg(feature = "vtk")]
 use bristle_app::report::vtk::brush_files;
 use bristle_app::run::brush::{
     BrushEvent, BrushMeans, BrushRunError, BrushSimulation, BrushStore, CHECKPOINT_PAUSE, FRAMES,
     check_brush, simulate_brush, write_brush,
 };
 use bristle_app::run::contact::{of_simulation, write_check};
-use bristle_app::run::vtk_files::VTK;
 use bristle_app::store::results::write_brush_metrics;
 use bristle_app::store::staged::prepare_directory;
+use bristle_app::store::vtk_files::VTK;
 use bristle_study::grid::check::FINER_BRUSH;
 use bristle_study::grid::{Interaction, calibration_band, thread_count};
 use bristle_study::input::document::Document;
@@ -119,9 +120,13 @@ pub fn run(
         pairs: std::mem::take(&mut result.pairs),
         settings,
     };
+    #[cfg(feature = "vtk")]
     let for_vtk = arguments
         .vtk
-        .map(|_| brush_files(&brush.settings, &brush.filaments, &result.frames));
+        .iter()
+        .flat_map(|_| brush_files(&brush.settings, &brush.filaments, &result.frames));
+    #[cfg(not(feature = "vtk"))]
+    let for_vtk = std::iter::empty();
     let written = write_brush(
         &job.out,
         &job.input.short_name(),
@@ -129,7 +134,7 @@ pub fn run(
         &brush,
         &result,
         notes,
-        for_vtk.into_iter().flatten(),
+        for_vtk,
     )?;
     written.iter().for_each(|path| say_written(path));
     draw(

@@ -7,7 +7,7 @@ mod pass;
 use std::process::ExitCode;
 
 use bristle::model::settings::Settings;
-use bristle_app::report::vtk::MAX_SHAPES;
+use bristle_app::store::vtk_files::MAX_SHAPES;
 use bristle_study::grid::uncertainty::scatters;
 use bristle_study::text::layout;
 use clap::Args;
@@ -46,9 +46,9 @@ use crate::values::parse_count;
 /// on the power with which the error falls, and the same number of nodes touches, metrics are
 /// extrapolated. DIR/converge.csv and .json have the numbers.
 ///
-/// --vtk writes the nodes of the filaments for ParaView: open DIR/vtk/contact.pvd or brush.pvd.
-/// They have positions in m, arc length, velocity, contact force, gap to the workpiece, and joint
-/// angle.
+/// --vtk, in a build with the feature vtk, writes the nodes of the filaments for ParaView: open
+/// DIR/vtk/contact.pvd or brush.pvd. They have positions in m, arc length, velocity, contact force,
+/// gap to the workpiece, and joint angle.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct SimulateArgs {
@@ -77,6 +77,9 @@ pub struct SimulateArgs {
 
 /// Runs the command.
 pub fn run(arguments: &SimulateArgs) -> Result<ExitCode, CliError> {
+    if arguments.vtk.is_some() && !cfg!(feature = "vtk") {
+        return Err(CliError::NoVtk);
+    }
     if arguments.converge {
         return converge::run(&arguments.job);
     }

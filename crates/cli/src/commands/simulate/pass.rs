@@ -12,12 +12,14 @@ use bristle::simulation::{Sampling, Stop, simulate_places};
 use bristle_app::insight::assumptions::Assumptions;
 use bristle_app::insight::findings::{JudgedCase, JudgedResult, judge_case};
 use bristle_app::report::tables::contact_table;
+#[cfg(feature = "vtk")]
+use bristle_app::report::vtk::files;
 use bristle_app::run::contact::{
     ShapeTimes, last_shapes, of_simulation, write_check, write_contact,
 };
-use bristle_app::run::vtk_files::VTK;
 use bristle_app::store::results::write_metrics;
 use bristle_app::store::staged::prepare_directory;
+use bristle_app::store::vtk_files::VTK;
 use bristle_study::grid::check::{FINER_PASS, finer_pass};
 use bristle_study::input::document::Document;
 use bristle_study::input::plausibility::unusual;
@@ -50,8 +52,13 @@ pub fn run(
     let asked_n = settings.process.tool_force_n;
     let settings = settings.at_depth(simulation.metrics.penetration_depth_m);
     let drawn = last_shapes(&settings, &simulation);
-    let for_vtk = times.chosen(std::mem::take(&mut simulation.shapes));
-    write_contact(&job.out, &settings, &simulation, &drawn, &for_vtk)?
+    #[cfg(feature = "vtk")]
+    let chosen = times.chosen(std::mem::take(&mut simulation.shapes));
+    #[cfg(feature = "vtk")]
+    let for_vtk = arguments.vtk.iter().flat_map(|_| files(&settings, &chosen));
+    #[cfg(not(feature = "vtk"))]
+    let for_vtk = std::iter::empty();
+    write_contact(&job.out, &settings, &simulation, &drawn, for_vtk)?
         .iter()
         .for_each(|path| say_written(path));
     let contact = Contact {

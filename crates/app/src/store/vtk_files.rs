@@ -5,13 +5,38 @@ use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::report::vtk::is_file_name;
 use crate::store::digest::digest;
 use crate::store::results::FileHashes;
 use crate::store::staged::{FileError, StagedFile, remove};
 
 /// Subdirectory of the results for the files.
 pub const VTK: &str = "vtk";
+
+/// The largest number of shapes in a pass: their numbers in file names have four digits.
+pub const MAX_SHAPES: usize = 10_000;
+
+/// List of the files of a contact.
+pub const COLLECTION: &str = "contact.pvd";
+/// List of the files of a brush.
+pub const BRUSH_COLLECTION: &str = "brush.pvd";
+/// The workpiece.
+pub const WORKPIECE: &str = "workpiece.vtp";
+
+/// Returns `true` if a file of this name may belong to a run with any number of shapes or frames.
+#[must_use]
+pub fn is_file_name(name: &str) -> bool {
+    let is_numbered = |beginning: &str| {
+        let number = name
+            .strip_prefix(beginning)
+            .and_then(|name| name.strip_suffix(".vtp"));
+        number.is_some_and(|number| {
+            number.len() == 4 && number.bytes().all(|digit| digit.is_ascii_digit())
+        })
+    };
+    is_numbered("filament_")
+        || is_numbered("brush_")
+        || [WORKPIECE, COLLECTION, BRUSH_COLLECTION].contains(&name)
+}
 
 /// Returns the name of the file at a path relative to the directory of the results, as `case.json`
 /// states it; `None` if the file is not in this subdirectory.
