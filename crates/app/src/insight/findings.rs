@@ -346,7 +346,7 @@ pub const RULES: &[Rule] = &[
                 ERROR_TOLERANCES * case.settings.brush_or_default().tolerance,
             )
         },
-        statement: |value, _| format!("p_n of the brush is known to ± {:.1} % only", 100.0 * value),
+        statement: |value, _| format!("p_n of the brush is known to ± {:.2} % only", 100.0 * value),
         help: |_, _, _| Some("more brush.columns, or a smaller brush.tolerance".to_owned()),
     },
     Rule {
