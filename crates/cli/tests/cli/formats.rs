@@ -26,7 +26,7 @@ fn simulate_writes_shapes_for_paraview() {
     directory.has_no("one/vtk");
     let metrics = directory.bytes("one/metrics.json");
     let said = directory.said("simulate case.toml --out one --vtk");
-    crate::program::has(&said, &["vtk/contact.pvd"]);
+    assert!(said.contains("vtk/contact.pvd"), "{said}");
     assert!(directory.bytes("one/metrics.json") == metrics);
     let first = directory.bytes("one/vtk/filament_0000.vtp");
     assert_eq!(directory.names("one/vtk").len(), 202);
