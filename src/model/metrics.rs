@@ -482,6 +482,15 @@ impl Metrics {
         }
     }
 
+    /// Returns the contact normal force of the tool in N and its relative standard error, for the
+    /// search for a depth.
+    pub fn estimated_force(&self) -> [f64; 2] {
+        [
+            self.tool_contact_normal_force_n,
+            self.impulse_standard_error,
+        ]
+    }
+
     /// Combines the metrics of several filaments, or of several passes of one: the mean, or the
     /// largest value for extremes.
     ///

@@ -17,7 +17,7 @@ use crate::model::trim::{reach_of, reaches};
 use crate::tool::{Place, Pose, Trim, places};
 use crate::workpiece::unit_normal;
 
-/// Largest relative error of the force that is found.
+/// Largest relative error of the force that is found, unless its standard error is larger.
 const FORCE_TOLERANCE: f64 = 1e-3;
 /// Largest depth over the free length.
 const MAX_DEPTH_SHARE: f64 = 0.5;
@@ -149,11 +149,15 @@ impl<R> DepthSearch<R> {
     }
 
     /// Takes the `result` of the simulation at [`DepthSearch::depth`], whose tool force is `force`
-    /// (N). Returns the result of the search at its end.
+    /// (N) with a relative standard error. Returns the result of the search at its end.
     ///
     /// # Errors
     /// If no depth reaches the force.
-    pub fn take(&mut self, force: f64, result: R) -> Result<Option<Found<R>>, Unreachable> {
+    pub fn take(
+        &mut self,
+        [force, error]: [f64; 2],
+        result: R,
+    ) -> Result<Option<Found<R>>, Unreachable> {
         let here = DepthPoint {
             depth: self.next,
             force,
@@ -166,7 +170,7 @@ impl<R> DepthSearch<R> {
         }
         if let SearchStage::Sides(left) = self.stage {
             self.stage = SearchStage::Sides(left - 1);
-        } else if (force / self.target - 1.0).abs() <= FORCE_TOLERANCE
+        } else if (force / self.target - 1.0).abs() <= FORCE_TOLERANCE.max(error)
             || (self.is_narrow() && force >= self.target)
         {
             self.found = Some((here, result));
@@ -334,7 +338,7 @@ impl<R> DepthSearch<R> {
 }
 
 /// Finds the depth at which a tool presses with the force that `settings` state; `None` if they
-/// state none. `simulate` returns the force (N) and the result at a depth. The search begins at the
+/// state none. `simulate` returns the force (N), its relative standard error, and the result at a depth. The search begins at the
 /// initial guess `first` (m), if given ([`DepthSearch::of`]).
 ///
 /// # Errors
@@ -342,7 +346,7 @@ impl<R> DepthSearch<R> {
 pub fn press_on<R, E: From<Unreachable>>(
     settings: &Settings,
     first: Option<f64>,
-    mut simulate: impl FnMut(&Settings) -> Result<(f64, R), E>,
+    mut simulate: impl FnMut(&Settings) -> Result<([f64; 2], R), E>,
 ) -> Result<Option<Found<R>>, E> {
     let Some(mut search) = DepthSearch::of(settings, first) else {
         return Ok(None);
@@ -432,12 +436,31 @@ mod tests {
             let depth = search.depth();
             if let Some(Found {
                 depth, stiffness, ..
-            }) = search.take(force(depth), ())?
+            }) = search.take([force(depth), 0.0], ())?
             {
                 return Ok((depth, stiffness, count));
             }
         }
         panic!("the search ends");
+    }
+
+    /// Forces of turns that do not become steady scatter about their mean.
+    #[test]
+    fn a_force_is_found_to_its_standard_error() {
+        let mut settings = Settings::paper(10.0, 1e-3);
+        settings.set_tool_force_n(100.0);
+        let counts = [0.0, 0.05].map(|error| {
+            let mut search = DepthSearch::of(&settings, None).expect("there is a force");
+            for count in 1..100 {
+                let force = 5e4 * search.depth();
+                if let Some(found) = search.take([force, error], ()).expect("it is reached") {
+                    assert!((5e4 * found.depth / 100.0 - 1.0).abs() <= error.max(FORCE_TOLERANCE));
+                    return count;
+                }
+            }
+            panic!("the search ends");
+        });
+        assert!(counts[1] < counts[0], "{counts:?}");
     }
 
     /// The bracket of such a force would have no lower end.

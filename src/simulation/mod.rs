@@ -118,7 +118,7 @@ pub fn simulate_places(
             |share: f64| tell((count + share) / (TYPICAL_SIMULATIONS + 1.0_f64).max(count + 1.0));
         let simulation = simulate_places(at_depth, Sampling::default(), stop, &mut tell)?;
         count += 1.0;
-        Ok::<_, SimulationError>((simulation.metrics.tool_contact_normal_force_n, simulation))
+        Ok::<_, SimulationError>((simulation.metrics.estimated_force(), simulation))
     })?;
     if let Some(Found {
         depth,

@@ -344,7 +344,11 @@ pub fn press_brush<R, E: From<BrushError> + From<Unreachable>>(
         depth,
         stiffness,
         result,
-    } = press_on(settings, Some(first), simulate)?.expect("the settings state a force");
+    } = press_on(settings, Some(first), |at_depth| {
+        let (force, result) = simulate(at_depth)?;
+        Ok::<_, E>(([force, 0.0], result))
+    })?
+    .expect("the settings state a force");
     Ok((settings.at_depth(depth), result, stiffness))
 }
 
@@ -500,7 +504,7 @@ impl Inquiry {
             return Ok(Some(whole));
         };
         let found = search
-            .take(whole.metrics.tool_contact_normal_force_n, whole)
+            .take(whole.metrics.estimated_force(), whole)
             .map_err(|error| error.to_string())?;
         if found.is_none() {
             self.begin_round();
