@@ -10,10 +10,12 @@
 //! Journals are tied to the sources of this module, because these decide the content of a case.
 //! Code that only reads, prints or advises is in other modules.
 
+mod begun_case;
 pub mod brush;
 mod case;
 pub mod check;
 mod interaction;
+mod queue;
 mod recorder;
 pub mod removal;
 mod sampled_brush;
@@ -62,7 +64,7 @@ mod tests {
     use bristle::simulation::{Job, Kind, Pass, Sampling, Simulation, Stop};
     use parking_lot::Mutex;
 
-    use super::scheduler::complete_cases;
+    use super::queue::complete_cases;
     use super::*;
 
     fn base() -> Settings {

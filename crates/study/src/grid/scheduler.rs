@@ -1,7 +1,5 @@
 //! Simulates the cases of a study in lanes and threads.
 
-use std::borrow::Cow;
-use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
@@ -9,24 +7,23 @@ use std::time::Instant;
 use std::{io, thread};
 
 use bristle::brush::{BrushError, BrushRun, RunOptions};
-use bristle::model::metrics::Metrics;
-use bristle::model::parameters::MIN_SAMPLES;
 use bristle::model::settings::Settings;
 use bristle::simulation::{
-    DepthSearch, Found, IntegrationError, Job, Kind, Pass, Sampling, Simulation, SimulationError,
-    Stop, Unreachable, of_trim, press_on, sample_side_by_side, simulate_places,
+    Found, IntegrationError, Job, Pass, Sampling, Simulation, SimulationError, Stop, Unreachable,
+    press_on, sample_side_by_side, simulate_places,
 };
-use bristle::tool::{Place, Tool, places};
+use bristle::tool::Tool;
 use bristle::workpiece::Workpiece;
 use parking_lot::Mutex;
 use tracing::{debug, info, warn};
 
+use super::begun_case::BegunCase;
+use super::queue::{complete_cases, in_order_of_work};
 use super::study::Study;
 use crate::grid::case::{CaseResult, CaseSummary, tentative};
-use crate::grid::check::{finer_brush, finer_pass, largest_change};
+use crate::grid::check::{finer_brush, largest_change};
 use crate::grid::interaction::{Interaction, statistics, turn_impulses};
 use crate::grid::sampled_brush::{SampledBrush, coarse_brush};
-use crate::grid::uncertainty::Scatter;
 
 /// Threads and memory that a study may use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -381,7 +378,7 @@ fn complete_one_by_one(
 }
 
 /// Simulates `to_simulate` cases of a study by `work` in each of some `threads`, this one included.
-fn in_threads(
+pub(super) fn in_threads(
     study: &Study,
     to_simulate: usize,
     threads: usize,
@@ -422,362 +419,8 @@ pub fn thread_count(asked: Option<NonZeroUsize>) -> usize {
         .map_or(1, NonZeroUsize::get)
 }
 
-/// The passes that wait for simulation, and those being simulated.
-#[derive(Default)]
-struct Queue {
-    /// Cases to begin. The first one is last.
-    waiting: Vec<(Kind, usize)>,
-    begun: BTreeMap<usize, BegunCase>,
-    /// Tools of the cases that are begun, by number.
-    inquiries: BTreeMap<usize, Inquiry>,
-    /// Passes to give out, by kind, tool and place. The first one is last.
-    ready: Vec<(Kind, usize, usize)>,
-    /// Tool and place of each pass being simulated, by the number of its job.
-    running: BTreeMap<usize, (usize, usize)>,
-    /// Numbers of tools and of passes so far.
-    asked: usize,
-    given: usize,
-}
-
-/// One tool of a case: the passes of the filaments along its trim. They are repeated at other
-/// depths until the tool presses with the force that is asked for.
-struct Inquiry {
-    case: usize,
-    run: PassRole,
-    kind: Kind,
-    settings: Settings,
-    search: Option<DepthSearch<Simulation>>,
-    places: Vec<Place>,
-    /// Results at this depth, by place.
-    results: Vec<Option<Simulation>>,
-}
-
-impl Inquiry {
-    fn new(case: usize, run: PassRole, kind: Kind, settings: Settings) -> Self {
-        let search = DepthSearch::of(&settings, None);
-        let mut inquiry = Self {
-            case,
-            run,
-            kind,
-            search,
-            results: Vec::new(),
-            places: Vec::new(),
-            settings,
-        };
-        inquiry.begin_round();
-        inquiry
-    }
-
-    /// Begins a round of the filaments along the trim, at the depth that is to be simulated.
-    fn begin_round(&mut self) {
-        self.places = places(&self.at_depth());
-        self.results = vec![None; self.places.len()];
-    }
-
-    /// Returns the settings at the depth that is being simulated.
-    fn at_depth(&self) -> Cow<'_, Settings> {
-        match &self.search {
-            Some(search) => Cow::Owned(self.settings.at_depth(search.depth())),
-            None => Cow::Borrowed(&self.settings),
-        }
-    }
-
-    /// Returns the pass of the filament at a place, by number.
-    fn pass(&self, place: usize) -> Pass {
-        Pass::at(&self.at_depth(), self.places[place].s)
-    }
-
-    /// Takes the result of a pass. `None` if other passes are still to come, at this depth or at
-    /// the next.
-    fn take(&mut self, place: usize, result: Simulation) -> Result<Option<Simulation>, String> {
-        self.results[place] = Some(result);
-        if self.results.contains(&None) {
-            return Ok(None);
-        }
-        let all = self
-            .results
-            .iter_mut()
-            .map(|result| result.take().expect("all are there"))
-            .collect();
-        let whole = of_trim(&self.places, all);
-        let Some(search) = &mut self.search else {
-            return Ok(Some(whole));
-        };
-        let found = search
-            .take(whole.metrics.estimated_force(), whole)
-            .map_err(|error| error.to_string())?;
-        if found.is_none() {
-            self.begin_round();
-        }
-        Ok(found.map(
-            |Found {
-                 mut result,
-                 stiffness,
-                 ..
-             }| {
-                result.metrics.force_stiffness_n_m = stiffness;
-                result
-            },
-        ))
-    }
-
-    /// Returns `true` if a round of passes is about to begin.
-    fn is_fresh(&self) -> bool {
-        self.results.iter().all(Option::is_none)
-    }
-}
-
-/// The role of a pass in its case.
-#[derive(Clone, Copy)]
-enum PassRole {
-    Nominal,
-    /// Nominal pass at a tenth of the tolerance.
-    Finer,
-    /// Pass of a sampled tool.
-    Tool(usize),
-}
-
-/// A case with passes that have been given out.
-struct BegunCase {
-    start: Instant,
-    settings: Settings,
-    /// Runs to begin. The first one is last.
-    runs: Vec<PassRole>,
-    /// Runs without a result yet.
-    left: usize,
-    nominal: Option<CaseResult>,
-    finer: Option<Metrics>,
-    scatter: Option<Scatter>,
-    /// Impulses of the sampled tools.
-    impulses: Vec<Option<f64>>,
-}
-
-impl BegunCase {
-    fn new(settings: Settings, checks: bool) -> Self {
-        let scatter = Scatter::of(&settings);
-        let tools = scatter.as_ref().map_or(0, Scatter::count);
-        let reaches = |tool: &usize| {
-            scatter
-                .as_ref()
-                .is_some_and(|scatter| scatter.settings(*tool).is_some())
-        };
-        let mut runs: Vec<PassRole> = (0..tools)
-            .rev()
-            .filter(reaches)
-            .map(PassRole::Tool)
-            .collect();
-        runs.extend(checks.then_some(PassRole::Finer));
-        runs.push(PassRole::Nominal);
-        // A tool that does not reach the workpiece has no impulse.
-        Self {
-            start: Instant::now(),
-            left: runs.len(),
-            nominal: None,
-            finer: None,
-            impulses: vec![Some(0.0); tools],
-            settings,
-            runs,
-            scatter,
-        }
-    }
-
-    fn settings(&self, run: PassRole) -> Settings {
-        let sampled = match (run, &self.scatter) {
-            (PassRole::Finer, _) => Some(finer_pass(&self.settings)),
-            (PassRole::Tool(tool), Some(scatter)) => scatter.settings(tool),
-            _ => None,
-        };
-        sampled.unwrap_or_else(|| self.settings.clone())
-    }
-
-    /// Takes the result of a run. Returns `true` if the case is complete.
-    fn take(&mut self, run: PassRole, result: &Result<Simulation, String>) -> bool {
-        let metrics = result.as_ref().ok().map(|simulation| &simulation.metrics);
-        match run {
-            PassRole::Nominal => {
-                self.nominal =
-                    Some(
-                        result
-                            .as_ref()
-                            .map_err(String::clone)
-                            .map(|simulation| CaseSummary {
-                                metrics: simulation.metrics.clone(),
-                                turn_contact_normal_impulses_n_s: simulation
-                                    .turn_contact_normal_impulses_n_s
-                                    .clone(),
-                                statistics: simulation.statistics,
-                                ..CaseSummary::default()
-                            }),
-                    );
-            }
-            PassRole::Finer => self.finer = metrics.cloned(),
-            PassRole::Tool(tool) => {
-                self.impulses[tool] = metrics.map(|metrics| metrics.contact_normal_impulse_n_s)
-            }
-        }
-        self.left -= 1;
-        if matches!(self.nominal, Some(Err(_))) {
-            // A case that failed needs no sampled tools.
-            self.runs.clear();
-            return true;
-        }
-        self.left == 0
-    }
-
-    fn conclude(self) -> CaseResult {
-        let mut summary = self
-            .nominal
-            .expect("the nominal pass is one of those that are done")?;
-        summary.scatter = self
-            .scatter
-            .and_then(|scatter| scatter.reduce(&self.impulses));
-        summary.change_when_checked = self
-            .finer
-            .map(|finer| largest_change(&summary.metrics, &finer));
-        Ok(summary)
-    }
-}
-
-impl Queue {
-    /// Gives out the next pass of this kind, or of any kind.
-    fn give_out(&mut self, study: &Study, kind: Option<Kind>) -> Option<Job> {
-        let fits = |of: Kind| kind.is_none_or(|kind| kind == of);
-        if !self.ready.last().is_some_and(|&(of, ..)| fits(of)) {
-            self.waiting.last().filter(|&&(of, _)| fits(of))?;
-            let (of, case) = self.waiting.pop()?;
-            self.begin(study, of, case);
-        }
-        let (_, asked, place) = self.ready.pop()?;
-        let number = self.given;
-        self.given += 1;
-        self.running.insert(number, (asked, place));
-        Some(Job {
-            number,
-            pass: self.inquiries[&asked].pass(place),
-        })
-    }
-
-    /// Begins a case. Its sampled tools are of the same kind as the nominal one: scatter neither
-    /// adds nor removes dampers or friction.
-    fn begin(&mut self, study: &Study, kind: Kind, case: usize) {
-        let begun = BegunCase::new(study.settings(case), study.checks());
-        for &run in &begun.runs {
-            self.inquiries.insert(
-                self.asked,
-                Inquiry::new(case, run, kind, begun.settings(run)),
-            );
-            self.make_ready(self.asked);
-            self.asked += 1;
-        }
-        self.begun.insert(case, begun);
-    }
-
-    /// Makes the passes of a tool ready.
-    fn make_ready(&mut self, asked: usize) {
-        let inquiry = &self.inquiries[&asked];
-        self.ready.extend(
-            (0..inquiry.places.len())
-                .rev()
-                .map(|place| (inquiry.kind, asked, place)),
-        );
-    }
-
-    /// Takes the result of a pass. Returns the case and simulation of a nominal tool that it
-    /// completes, and the case that it completes.
-    fn take<E: Display>(&mut self, number: usize, result: Result<Simulation, E>) -> Taken {
-        let Some((asked, place)) = self.running.remove(&number) else {
-            return Taken::default();
-        };
-        let Some(inquiry) = self.inquiries.get_mut(&asked) else {
-            return Taken::default();
-        };
-        let (case, run) = (inquiry.case, inquiry.run);
-        let answer = result
-            .map_err(|error| error.to_string())
-            .and_then(|result| inquiry.take(place, result));
-        let Some(answer) = answer.transpose() else {
-            if inquiry.is_fresh() {
-                self.make_ready(asked);
-            }
-            return Taken::default();
-        };
-        self.inquiries.remove(&asked);
-        self.ready.retain(|(_, other, _)| *other != asked);
-        let Some(begun) = self.begun.get_mut(&case) else {
-            return Taken::default();
-        };
-        let mut taken = Taken::default();
-        if begun.take(run, &answer) {
-            let inquiries = &mut self.inquiries;
-            inquiries.retain(|_, inquiry| inquiry.case != case);
-            self.ready
-                .retain(|(_, asked, _)| inquiries.contains_key(asked));
-            taken.complete = self.begun.remove(&case).map(|begun| (case, begun));
-        }
-        if matches!(run, PassRole::Nominal) {
-            taken.nominal = answer.ok().map(|simulation| (case, simulation));
-        }
-        taken
-    }
-}
-
-/// Nominal tool and case that the result of a pass completes.
-#[derive(Default)]
-struct Taken {
-    /// Nominal tool of a case, by number.
-    nominal: Option<(usize, Simulation)>,
-    complete: Option<(usize, BegunCase)>,
-}
-
-/// Simulates cases like [`simulate_cases`], by a function that takes and simulates passes until
-/// none is left.
-pub(super) fn complete_cases<E: Display>(
-    study: &Study,
-    cases: &[usize],
-    threads: Option<NonZeroUsize>,
-    on_pass: impl Fn(usize, &Simulation) + Sync,
-    on_case_done: impl Fn(usize, CaseResult) -> ControlFlow<()> + Sync,
-    simulate: impl Fn(&dyn Fn(Option<Kind>) -> Option<Job>, &dyn Fn(usize, Result<Simulation, E>))
-    + Sync,
-) -> io::Result<()> {
-    let waiting = in_order_of_work(study, cases);
-    let threads = thread_count(threads);
-    // Where tools are sampled, a single case has passes for several threads.
-    let tools = if study.scatters() { MIN_SAMPLES } else { 1 };
-    let along = cases
-        .first()
-        .map_or(1, |&case| places(&study.settings(case)).len());
-    let passes = waiting.len().saturating_mul(tools * along);
-    let threads = threads.min(passes);
-
-    let queue = Mutex::new(Queue {
-        waiting,
-        ..Queue::default()
-    });
-    let queued = || queue.lock();
-    let take = |kind: Option<Kind>| queued().give_out(study, kind);
-    let done = |number: usize, result: Result<Simulation, E>| {
-        let Taken { nominal, complete } = queued().take(number, result);
-        if let Some((case, simulation)) = nominal {
-            on_pass(case, &simulation);
-        }
-        let Some((case, begun)) = complete else {
-            return;
-        };
-        let start = begun.start;
-        let result = begun.conclude();
-        trace_case(case, &result, start);
-        if on_case_done(case, result).is_break() {
-            let mut queue = queued();
-            queue.waiting.clear();
-            queue.ready.clear();
-        }
-    };
-    in_threads(study, cases.len(), threads, || simulate(&take, &done))
-}
-
 /// Logs a case. The seconds are counted from its start and include time shared with other cases.
-fn trace_case(number: usize, result: &CaseResult, begun: Instant) {
+pub(super) fn trace_case(number: usize, result: &CaseResult, begun: Instant) {
     let case = number + 1;
     let seconds = begun.elapsed().as_secs_f64();
     match result {
@@ -792,20 +435,4 @@ fn trace_case(number: usize, result: &CaseResult, begun: Instant) {
         }
         Err(error) => warn!(case, seconds, error, "case failed"),
     }
-}
-
-/// Returns the cases with their kinds, in reverse order of simulation. They are simulated kind by
-/// kind, and within a kind the longest passes first, so that threads and lanes finish at the same
-/// time.
-fn in_order_of_work(study: &Study, cases: &[usize]) -> Vec<(Kind, usize)> {
-    let of_case = |&number: &usize| {
-        let pass = Pass::new(&tentative(study.settings(number)));
-        (pass.kind(), pass.end_time(), number)
-    };
-    let mut cases: Vec<(Kind, f64, usize)> = cases.iter().map(of_case).collect();
-    cases.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(b.2.cmp(&a.2)));
-    cases
-        .into_iter()
-        .map(|(kind, _, number)| (kind, number))
-        .collect()
 }

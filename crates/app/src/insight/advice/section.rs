@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use bristle_study::text::number::spanning;
 use serde::Serialize;
 use serde_json::Value;
 
 use super::cited::Cited;
+use super::outcome::Outcome;
 use super::suggestion::Suggestion;
 use crate::insight::slices::Slice;
 
@@ -111,5 +113,31 @@ impl Topic {
             Self::MostOfEdge => "Most removal from the edge",
             Self::RemovalPerPower => "Most removal per power of the drive",
         }
+    }
+}
+
+/// A sentence about a case. It ends with a warning if the case is laterally unstable.
+pub(super) fn about(
+    topic: Topic,
+    cell: &Cited,
+    mut sentence: String,
+    others: &[&Cited],
+) -> Sentence {
+    warn_of_instability(&mut sentence, &cell.outcome);
+    Sentence {
+        topic,
+        cell: cell.clone(),
+        sentence,
+        other_rows: others.iter().map(|cell| cell.row).collect(),
+    }
+}
+
+/// Adds a warning to a sentence about a laterally unstable case.
+pub(super) fn warn_of_instability(sentence: &mut String, outcome: &Outcome) {
+    if outcome.laterally_unstable {
+        sentence.push_str(&format!(
+            " Laterally unstable: {}-fold.",
+            spanning(outcome.lateral_amplification)
+        ));
     }
 }

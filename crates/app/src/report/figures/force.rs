@@ -2,7 +2,7 @@
 //! scatter.
 
 use super::picture::Picture;
-use super::{Family, Sides, SliceView, axis_along, joined, selection, values_of};
+use super::slice_view::{Family, Sides, SliceView, axis_along, joined, selection, values_of};
 use crate::insight::measured::{SimulatedForce, tool_force};
 use crate::insight::slices::{Slice, Varied, spread};
 use crate::report::drawing::diagram::{Curve, Diagram, Look};

@@ -3,7 +3,8 @@
 use bristle::model::settings::Settings;
 use spec_math::cephes64::ndtri;
 
-use super::{ForceScatter, standard_normal};
+use super::ForceScatter;
+use super::scatter::standard_normal;
 use crate::grid::{CaseResult, Study, run_study};
 
 /// Coefficient of friction and its standard deviation that first files state on dry steel and on wet

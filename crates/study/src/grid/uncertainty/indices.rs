@@ -161,7 +161,7 @@ impl Fit {
 
 #[cfg(test)]
 mod tests {
-    use super::super::standard_normal;
+    use super::super::scatter::standard_normal;
     use super::*;
 
     fn points(count: u32, inputs: u32, seed: u32) -> Vec<Vec<f64>> {
