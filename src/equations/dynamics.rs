@@ -10,10 +10,12 @@ use super::kernels::{
     self, ClampEnergy, Joint, JointEnergy, JointTangent, Segment, SegmentEnergy, SegmentTangent,
 };
 use super::linear::{add, in_lane, product, sub_matrices, zero};
-use super::recursion::{
-    self, ChainNodes, Energetic, LoadTangent, LoadedPoint, Memory, Placed, PointChange, Posture,
-    RootMotion,
+use super::memory::Memory;
+use super::posture::{
+    ChainNodes, Energetic, LoadTangent, LoadedPoint, Placed, PointChange, Posture, RootMotion,
 };
+use super::recursion;
+use super::step_matrix;
 use super::tasks::{ChainDynamics, Factorise, Task};
 use super::{
     Chain, ChainState, Clamp, Energies, Lanes, Lanewise, NodeLoads, NodeTangent, PointLoad,
@@ -520,7 +522,7 @@ impl<T: Lanewise, const POINTS: bool> Loop for Factorisation<'_, T, POINTS> {
             memory,
         } = self.dynamics;
         let posture = Spatial::new(&*chain, *chart, angles, self.step.trial.at);
-        recursion::factorise::<T, _, 2, 3, POINTS>(memory, &posture, &self.step);
+        step_matrix::factorise::<T, _, 2, 3, POINTS>(memory, &posture, &self.step);
     }
 }
 

@@ -12,12 +12,16 @@ mod compiled;
 pub(crate) mod dispatch;
 mod dynamics;
 mod elementary;
+mod inner_forces;
 mod lanes;
 pub mod linear;
+mod memory;
 mod planar;
+mod posture;
 mod real;
 mod recursion;
 mod single;
+mod step_matrix;
 mod tasks;
 
 pub use chain::{

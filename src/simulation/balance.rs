@@ -17,10 +17,11 @@
 //! For other motions of the clamp its work is integrated, at the cost of another residual per
 //! stage.
 
+use super::filament::Filament;
 use super::form::FilamentEquations;
 use super::observers::ContactObserver;
 use super::step::at_knots;
-use super::system::{Filament, integral};
+use super::system::integral;
 use super::trajectory::Trajectory;
 use crate::contact::Approach;
 use crate::equations::linear::{add, dot, scale, sub};

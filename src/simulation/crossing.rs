@@ -28,9 +28,9 @@
 //! A part for which no bound holds is halved, until its way is below the tolerance of the event's
 //! location. An event that is then missed is no deeper than that.
 
+use super::filament::{Filament, Touch};
 use super::search::root as root_of;
 use super::step::{Step, at_knots};
-use super::system::{Filament, Touch};
 use crate::contact::Approach;
 use crate::contact::edge::Station;
 use crate::equations::linear::{add, dot, scale, sub};

@@ -1,7 +1,7 @@
 //! Kinds of passes that can be simulated side by side.
 
+use super::filament::Filament;
 use super::form::Form;
-use super::system::Filament;
 use crate::equations::PolarAxis;
 use crate::integrate::StageSolution;
 use crate::tool::ClampMotion;

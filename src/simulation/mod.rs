@@ -15,9 +15,11 @@ mod batches;
 mod crossing;
 mod equilibrium;
 mod error;
+mod filament;
 mod force;
 mod form;
 mod kind;
+mod loads;
 mod observers;
 mod pass;
 mod profile;
@@ -33,10 +35,13 @@ mod turns;
 
 pub(crate) use batches::Batches;
 pub use error::{IntegrationError, NoContactArc, Obstacle, SimulationError};
+pub(crate) use filament::ContactSum;
+pub use filament::Filament;
 pub use force::{DepthSearch, Found, Unreachable, press_on};
 pub(crate) use form::FilamentEquations;
 pub use form::Form;
 pub use kind::Kind;
+pub use loads::ContactLoads;
 pub use observers::{ContactObserver, NodeForce, Sample, Sampling, Shape};
 pub use pass::Pass;
 pub(crate) use profile::EdgeWork;
@@ -46,8 +51,7 @@ pub use side_by_side::{Job, sample_any_side_by_side, sample_side_by_side, simula
 pub use statistics::Statistics;
 pub use step::Step;
 pub use stop::Stop;
-pub(crate) use system::ContactSum;
-pub use system::{COORDINATES, ContactLoads, Filament, FilamentState, FilamentSystem, integral};
+pub use system::{COORDINATES, FilamentState, FilamentSystem, integral};
 pub use trajectory::{Trajectory, integrate};
 pub(crate) use turns::{CompletedTurns, are_steady, standard_error_of_turns};
 

@@ -1,10 +1,11 @@
 //! Observers of the steps of a pass, for the record of its contact and a time history.
 
+use super::filament::{Filament, Touch};
 use super::form::{FilamentEquations, Form};
 use super::profile::{EdgeWork, Ledger, sliding_in};
 use super::search::maximum_in_step;
 use super::step::Step;
-use super::system::{Filament, FilamentState, Touch, integral};
+use super::system::{FilamentState, integral};
 use super::turns::{CompletedTurns, start_of_turn};
 use crate::contact::Approach;
 use crate::equations::linear::{add, dot, scale, sub};

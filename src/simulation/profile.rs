@@ -4,8 +4,9 @@
 //! between two instants are spread evenly over the arc lengths between both places. The sum over a
 //! step is that of the step's integrals, so that the sum over the profile is that of the metrics.
 
+use super::filament::{ContactSum, Filament, Touch};
 use super::step::Step;
-use super::system::{ContactSum, Filament, Touch, integral};
+use super::system::integral;
 use crate::contact::Approach;
 use crate::equations::linear::{add, dot, scale};
 use crate::tool::ClampMotion;

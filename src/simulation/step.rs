@@ -1,7 +1,8 @@
 //! Accepted steps, between whose ends the motion is interpolated.
 
+use super::filament::{Filament, Touch};
+use super::system::FilamentState;
 use super::system::integral::COUNT;
-use super::system::{Filament, FilamentState, Touch};
 use crate::equations::linear::{add, scale};
 use crate::equations::{Clamp, PolarAxis};
 use crate::integrate::hermite::{Knot, Weights};

@@ -2,11 +2,12 @@
 
 use super::crossing::{Crossing, GAP_RATE, TooLong, crossing as crossing_of, excess};
 use super::error::IntegrationError;
+use super::filament::Filament;
 use super::statistics::Statistics;
 use super::step::{Step, at_knots};
 use super::stop::Stop;
 use super::system::integral::{CONTACT_DISSIPATION, COUNT};
-use super::system::{COORDINATES, Filament, FilamentState, FilamentSystem};
+use super::system::{COORDINATES, FilamentState, FilamentSystem};
 use crate::contact::Approach;
 use crate::equations::linear::{dot, sub};
 use crate::equations::{Compiled, Lanewise};

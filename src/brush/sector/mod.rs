@@ -6,27 +6,36 @@
 //! workpiece do not show the action of filaments on each other before they touch it: rates of their
 //! momentum do. They also include the forces of the clamp and of neighbours.
 
+mod account;
+mod balance;
+mod stage;
+mod tr_bdf2;
+
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
-use super::bundle::{BrushState, Bundle, Effort, GroupState, Kinematics, NoConvergence};
+use super::bundle::{BrushState, Bundle, Effort, GroupState, NoConvergence};
 use super::filaments::ToolFilament;
 use super::gmres::Vector;
-use super::group::{Budget, Exchange, WorkpieceLoad};
+use super::group::WorkpieceLoad;
 use super::pressing::FilamentPress;
 use super::result::{BrushStatistics, ToolSample};
 use super::settle::{FilamentPose, turned};
 use super::team;
-use crate::equations::linear::{add, dot, scale};
+use crate::equations::linear::add;
 use crate::equations::{LANES, Lanes, Lanewise, Real};
-use crate::integrate::hermite::{Knot, Weights};
 use crate::integrate::tableau::TR_BDF2;
 use crate::integrate::{Pace, RejectionCause, StepChange, StepControl, StepControlError};
 use crate::model::metrics::{ContactRecord, tip_deflection};
-use crate::model::settings::MAX_TURNS;
-use crate::simulation::{CompletedTurns, ContactSum, EdgeWork};
+use crate::simulation::{CompletedTurns, EdgeWork};
 use crate::tool::{ClampMotion, RotaryTool, Turning};
 use crate::workpiece::Workpiece;
+use account::PressSum;
+pub use account::{Account, PairAccount, Timetable};
+pub use balance::Balance;
+use stage::StageLoads;
+pub use tr_bdf2::TrBdf2Stepper;
+use tr_bdf2::integral_error;
 
 /// Share of the error of momenta in the error of a step, beside that of the impulses. Momenta are
 /// not results: they show motions that the impulses do not show yet.
@@ -45,16 +54,6 @@ const STEP_CHANGE: StepChange = StepChange {
 /// Share of a step or of an energy that rounding may cause.
 const ROUNDING_SHARE: f64 = 1e-6;
 
-/// Returns `Σ b_j x_j` of the values at the three stages of a step.
-fn integral(values: [f64; 3]) -> f64 {
-    (0..3).map(|j| TR_BDF2.weight(j) * values[j]).sum()
-}
-
-/// Returns `Σ (b̂_j − b_j) x_j`, the embedded error estimate of [`integral`].
-fn integral_error(values: [f64; 3]) -> f64 {
-    (0..3).map(|j| TR_BDF2.error_weight(j) * values[j]).sum()
-}
-
 /// Accuracy of the steps of a sector.
 #[derive(Clone, Copy, Debug)]
 pub struct Accuracy {
@@ -62,73 +61,6 @@ pub struct Accuracy {
     pub newton: f64,
     /// Longest step in s.
     pub longest: f64,
-}
-
-/// Timetable of a filament in s.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Timetable {
-    /// Start of its first turn. Its motion may begin earlier.
-    pub begin: f64,
-    /// Duration of a turn.
-    pub turn: f64,
-    /// Intervals in which the undeformed filament touches in the first turn.
-    pub touches: Vec<[f64; 2]>,
-}
-
-/// Contact of one filament so far.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Account {
-    /// Record of the current turn.
-    pub record: ContactRecord,
-    /// Records of the last completed turns.
-    pub completed: CompletedTurns,
-    /// Impulses of the turns before, in N s.
-    pub impulses: Vec<f64>,
-    timetable: Timetable,
-    load: WorkpieceLoad,
-    edge_work: EdgeWork,
-}
-
-/// Contact of two filaments so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct PairAccount {
-    /// `∫` of the normal force in N s.
-    pub impulse: f64,
-    /// `∫` of the force on the first filament in N s.
-    pub vector_impulse: [f64; 3],
-    /// Largest normal force in N.
-    pub peak: f64,
-    /// Time of contact in s.
-    pub time: f64,
-    /// `∫` of the normal force times the distance from the root, mean of both filaments, in N m s.
-    pub moment: f64,
-    /// Energy that damping and friction dissipated, in J.
-    pub dissipated: f64,
-}
-
-/// Energy and momentum of a sector, and the fluxes into it, each integrated apart from the motion.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Balance {
-    /// Stock at the start.
-    begin: [f64; 4],
-    /// Present stock: energy in J, momentum in N s.
-    now: [f64; 4],
-    /// Work of the clamps and of a moving workpiece in J.
-    work: f64,
-    /// Energy that joints and contacts dissipated, in J.
-    dissipated: f64,
-    /// Work and dissipation without regard to sign, in J.
-    turnover: f64,
-    /// Impulse of clamps, workpiece and gravity in N s.
-    impulse: [f64; 3],
-    /// Impulse of the workpiece without regard to its direction, in N s.
-    contact: f64,
-    /// Exchange at the end of the last step.
-    rates: Exchange,
 }
 
 /// Failure of a step.
@@ -607,159 +539,6 @@ impl Sector {
     }
 }
 
-impl Account {
-    /// Returns `true` if turns are numbered without gaps, and the completed ones have impulses.
-    fn has_consistent_turns(&self) -> bool {
-        let completed = self.impulses.len();
-        completed <= MAX_TURNS
-            && self.record.turn == completed + 1
-            && self.completed.last().map_or(0, |record| record.turn) == completed
-            && self.record.count <= MAX_COUNT
-    }
-
-    /// Returns `true` if the filament touches the workpiece in its first turn.
-    pub fn is_touching(&self) -> bool {
-        self.load.pressing > 0.0 && self.record.turn == 1
-    }
-
-    /// Returns the last turn that has ended, or the first one.
-    pub fn last(&self) -> &ContactRecord {
-        self.completed.last().unwrap_or(&self.record)
-    }
-
-    /// Returns the impulse of all turns so far in N s.
-    pub fn total_impulse(&self) -> f64 {
-        self.impulses.iter().sum::<f64>() + self.record.impulse
-    }
-
-    /// Adds a step from `begin` over `h` (s), with the loads at its middle stage and its end.
-    fn observe(
-        &mut self,
-        [middle, end]: [&WorkpieceLoad; 2],
-        [begin, h]: [f64; 2],
-        deflection: f64,
-    ) {
-        let Timetable { turn, touches, .. } = &self.timetable;
-        let turned = (self.record.turn - 1) as f64 * turn;
-        let start = self.load;
-        let mean = |of: &dyn Fn(&ContactSum) -> f64| {
-            h * integral([&start, middle, end].map(|load| of(&load.sum)))
-        };
-        let record = &mut self.record;
-        record.impulse += mean(&|sum| sum.normal);
-        record.vector_impulse =
-            std::array::from_fn(|i| record.vector_impulse[i] + mean(&|sum| sum.force[i]));
-        record.angular_impulse += mean(&|sum| sum.moment);
-        record.edge_impulse += mean(&|sum| sum.on_edges);
-        record.friction_work += mean(&|sum| sum.friction_power);
-        record.sliding_work += mean(&|sum| sum.sliding_power);
-        record.edge_work = std::array::from_fn(|order| {
-            record.edge_work[order] + mean(&|sum| sum.edge_power[order])
-        });
-        record.peak_force = record.peak_force.max(middle.sum.normal).max(end.sum.normal);
-        record.penetration = record
-            .penetration
-            .max(middle.penetration)
-            .max(end.penetration);
-        record.contact_nodes = record
-            .contact_nodes
-            .max(middle.contact_nodes)
-            .max(end.contact_nodes);
-        record.edge_penetration = record.edge_penetration.max(end.edge_penetration);
-        let part = contact_part(start.pressing, end.pressing);
-        if part[1] > part[0] {
-            record.add_time(
-                h * (part[1] - part[0]),
-                part.map(|part| begin + part * h),
-                touches,
-                turned,
-            );
-            record.count += usize::from(part[0] > 0.0 || start.pressing <= 0.0);
-        }
-        for (j, load) in [&start, middle, end].into_iter().enumerate() {
-            let Some(worked) = load.worked else { continue };
-            // Work is spread over the path along an edge. It stays in place where the step begins
-            // or ends off the edge.
-            let here =
-                |other: &WorkpieceLoad| other.worked.filter(|other| other.edge == worked.edge);
-            let places = [&start, end].map(|other| here(other).unwrap_or(worked).place);
-            self.edge_work
-                .add(worked.edge, places, h * TR_BDF2.weight(j) * worked.power);
-        }
-        record.max_deflection = record.max_deflection.max(deflection);
-        self.load = *end;
-    }
-
-    /// Ends the turn if a step of `h` (s) to `end` (s) is the first to reach its end. The last turn
-    /// thus ends with the simulation.
-    fn end_turn(&mut self, end: f64, h: f64) {
-        let Timetable { begin, turn, .. } = &self.timetable;
-        if end < begin + self.record.turn as f64 * turn - ROUNDING_SHARE * h {
-            return;
-        }
-        self.impulses.push(self.record.impulse);
-        self.completed.push(self.record);
-        self.record = ContactRecord::of_turn(self.record.turn + 1);
-        self.edge_work.clear();
-    }
-}
-
-/// Returns the part of a step in which a filament touches that presses by `start` and `end` (m) at
-/// its ends.
-fn contact_part(start: f64, end: f64) -> [f64; 2] {
-    match (start > 0.0, end > 0.0) {
-        (true, true) => [0.0, 1.0],
-        (false, false) => [0.0, 0.0],
-        (false, true) => [
-            if start.is_finite() {
-                start / (start - end)
-            } else {
-                1.0
-            },
-            1.0,
-        ],
-        (true, false) => [
-            0.0,
-            if end.is_finite() {
-                start / (start - end)
-            } else {
-                0.0
-            },
-        ],
-    }
-}
-
-/// Sum of the presses between two filaments.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-struct PressSum {
-    normal: f64,
-    /// Force on the filament of the smaller number in N.
-    force: [f64; 3],
-    moment: f64,
-    dissipated: f64,
-}
-
-impl PressSum {
-    fn add(&mut self, other: &Self) {
-        self.normal += other.normal;
-        self.force = add(self.force, other.force);
-        self.moment += other.moment;
-        self.dissipated += other.dissipated;
-    }
-}
-
-impl PairAccount {
-    fn add(&mut self, press: &PressSum, time: f64) {
-        self.impulse += time * press.normal;
-        self.vector_impulse = add(self.vector_impulse, scale(time, press.force));
-        self.peak = self.peak.max(press.normal);
-        self.time += time;
-        self.moment += time * press.moment;
-        self.dissipated += time * press.dissipated;
-    }
-}
-
 impl BrushStatistics {
     /// Returns `true` if counting on from here cannot overflow.
     fn are_countable(&self) -> bool {
@@ -772,76 +551,6 @@ impl BrushStatistics {
         let of_effort = [newton_iterations, krylov_vectors, factorisations];
         let mut counts = of_steps.into_iter().chain(of_effort);
         counts.all(|count| count <= MAX_COUNT)
-    }
-}
-
-impl Balance {
-    fn new(budget: &Budget) -> Self {
-        let begin = budget.stock();
-        Self {
-            begin,
-            now: begin,
-            rates: budget.exchange,
-            ..Self::default()
-        }
-    }
-
-    /// Continues with other filaments of the sector.
-    fn go_on_with(&mut self, part: &Budget) {
-        let stock = part.stock();
-        self.begin = std::array::from_fn(|i| self.begin[i] + stock[i] - self.now[i]);
-        self.now = stock;
-        self.rates = part.exchange;
-    }
-
-    /// Adds a step of `h` (s), with the budgets of its middle stage and its end.
-    fn add(&mut self, middle: &Budget, end: &Budget, h: f64) {
-        let rates = [self.rates, middle.exchange, end.exchange];
-        let sum = |of: &dyn Fn(&Exchange) -> f64| h * integral(rates.map(|rates| of(&rates)));
-        let [work, taken] = [sum(&|rates| rates.work), sum(&|rates| rates.taken)];
-        self.work += work;
-        self.dissipated += taken;
-        self.turnover += sum(&|rates| rates.work.abs() + rates.taken.abs());
-        self.impulse = std::array::from_fn(|i| self.impulse[i] + sum(&|rates| rates.force[i]));
-        self.contact += sum(&|rates| rates.strength);
-        self.now = end.stock();
-        self.rates = end.exchange;
-    }
-
-    /// Returns the energies gained, put in, and dissipated so far, in J.
-    pub fn energies(&self) -> [f64; 3] {
-        [self.now[0] - self.begin[0], self.work, self.dissipated]
-    }
-
-    /// Returns the energy that the balance lacks in J; negative for an excess.
-    fn energy_lack(&self) -> f64 {
-        let [gain, work, dissipated] = self.energies();
-        work - dissipated - gain
-    }
-
-    /// Returns the energy defect and its reference, in J.
-    pub fn energy_defect(&self) -> [f64; 2] {
-        // A freely turning sector has no turnover but that of rounding.
-        [
-            self.energy_lack().abs(),
-            self.turnover + ROUNDING_SHARE * self.begin[0].abs(),
-        ]
-    }
-
-    /// Returns the momentum defect and its reference, in N s.
-    pub fn momentum_defect(&self) -> [f64; 2] {
-        let lack: [f64; 3] =
-            std::array::from_fn(|i| self.now[i + 1] - self.begin[i + 1] - self.impulse[i]);
-        let [_, own @ ..] = self.begin;
-        [dot(lack, lack).sqrt(), self.contact + dot(own, own).sqrt()]
-    }
-}
-
-impl Budget {
-    /// Returns energy and momentum.
-    fn stock(&self) -> [f64; 4] {
-        let [x, y, z] = self.momentum;
-        [self.energy, x, y, z]
     }
 }
 
@@ -858,216 +567,4 @@ fn crossing(bundle: &Bundle<Turning<RotaryTool>>) -> Option<[usize; 2]> {
         .presses()
         .find(is_deep)
         .map(|(filaments, _)| *filaments)
-}
-
-/// Loads, presses and budget at the end of a stage.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-struct StageLoads {
-    loads: Vec<WorkpieceLoad>,
-    /// Forces between filaments, in the order of the pairs.
-    presses: Vec<([usize; 2], PressSum)>,
-    /// Rates of the momentum of all filaments in N, by group.
-    momentum_rates: Vec<[Lanes; 3]>,
-    budget: Budget,
-}
-
-impl StageLoads {
-    /// Evaluates the bundle at the end of a stage.
-    fn take(&mut self, bundle: &mut Bundle<Turning<RotaryTool>>, motion: &BrushState) {
-        let found = bundle.evaluate(motion);
-        self.budget = found.budget;
-        found.take_loads(&mut self.loads);
-        found.take_momentum_rates(&mut self.momentum_rates);
-        self.presses.clear();
-        self.presses
-            .extend(bundle.presses().map(|([own, other], press)| {
-                let (pair, sign) = if own < other {
-                    ([*own, *other], 1.0)
-                } else {
-                    ([*other, *own], -1.0)
-                };
-                let [point, nearest] =
-                    [&press.near.point, &press.near.nearest].map(|place| bundle.arc_length(place));
-                let sum = PressSum {
-                    normal: press.normal_force,
-                    force: scale(sign, press.force()),
-                    moment: press.normal_force * 0.5 * (point + nearest),
-                    dissipated: press.dissipated,
-                };
-                (pair, sum)
-            }));
-        self.presses.sort_unstable_by_key(|(pair, _)| *pair);
-        self.presses.dedup_by(|(pair, sum), (last, total)| {
-            let is_same = pair == last;
-            if is_same {
-                total.add(sum);
-            }
-            is_same
-        });
-    }
-}
-
-/// Steps of TR-BDF2.
-pub struct TrBdf2Stepper {
-    tolerance: f64,
-    middle: BrushState,
-    end: BrushState,
-    base: [Vector; 2],
-}
-
-impl TrBdf2Stepper {
-    /// Allocates memory for steps from `motion`. Stages are solved once velocities change by less
-    /// than `tolerance` (m/s).
-    pub fn new(motion: &BrushState, tolerance: f64) -> Self {
-        let base = [motion.q.clone(), motion.v.clone()];
-        Self {
-            tolerance,
-            middle: motion.clone(),
-            end: motion.clone(),
-            base,
-        }
-    }
-
-    /// Solves the middle stage of a step of `h` (s) from `start`.
-    pub fn middle_stage<M: ClampMotion + Sync>(
-        &mut self,
-        bundle: &mut Bundle<M>,
-        start: &BrushState,
-        h: f64,
-    ) -> Result<Effort, NoConvergence> {
-        let (own, blocks, first) = (
-            TR_BDF2.gamma * h,
-            bundle.segments(),
-            bundle.first_coordinate(),
-        );
-        let Self {
-            tolerance,
-            middle,
-            base: [base_q, base_v],
-            ..
-        } = self;
-        set_sum(
-            [blocks, first],
-            base_v,
-            &start.v,
-            &[(own, &start.accelerations)],
-        );
-        set_sum(
-            [blocks, first],
-            base_q,
-            &start.q,
-            &[(own, &start.v), (own, base_v)],
-        );
-        set_sum(
-            [blocks, 0],
-            &mut middle.accelerations,
-            &start.accelerations,
-            &[],
-        );
-        middle.time = start.time + TR_BDF2.node(1) * h;
-        bundle.solve_stage(
-            middle,
-            Kinematics {
-                base: [base_q, base_v],
-                weights: [own * own, own],
-                first,
-            },
-            *tolerance,
-        )
-    }
-
-    /// Solves the stage at the end of the step.
-    pub fn end_stage<M: ClampMotion + Sync>(
-        &mut self,
-        bundle: &mut Bundle<M>,
-        start: &BrushState,
-        h: f64,
-    ) -> Result<Effort, NoConvergence> {
-        let (own, others) = (TR_BDF2.gamma * h, TR_BDF2.weight(0) * h);
-        let (blocks, first) = (bundle.segments(), bundle.first_coordinate());
-        let Self {
-            tolerance,
-            middle,
-            end,
-            base: [base_q, base_v],
-        } = self;
-        let by_accelerations = [
-            (others, &start.accelerations),
-            (others, &middle.accelerations),
-        ];
-        set_sum([blocks, first], base_v, &start.v, &by_accelerations);
-        let by_velocities = [(others, &start.v), (others, &middle.v), (own, &*base_v)];
-        set_sum([blocks, first], base_q, &start.q, &by_velocities);
-        set_sum(
-            [blocks, 0],
-            &mut end.accelerations,
-            &middle.accelerations,
-            &[],
-        );
-        end.time = start.time + h;
-        bundle.solve_stage(
-            end,
-            Kinematics {
-                base: [base_q, base_v],
-                weights: [own * own, own],
-                first,
-            },
-            *tolerance,
-        )
-    }
-
-    /// Moves the end of the step into `motion`, and keeps its start.
-    pub fn finish(&mut self, motion: &mut BrushState) {
-        std::mem::swap(motion, &mut self.end);
-    }
-
-    /// Returns coordinates and rates at `time` (s) in the last step, which has ended at `motion`,
-    /// by Hermite interpolation.
-    fn interpolated(&self, motion: &BrushState, time: f64) -> BrushState {
-        let (start, h) = (&self.end, motion.time - self.end.time);
-        let weights = Weights::new(h, (time - start.time) / h);
-        let knot = |state: &BrushState, at: usize, i: usize| Knot {
-            value: state.q[at][i].0,
-            rate: state.v[at][i].0,
-            acceleration: state.accelerations[at][i].0,
-        };
-        let mut state = motion.clone();
-        state.time = time;
-        for (at, (q, v)) in state.q.iter_mut().zip(&mut state.v).enumerate() {
-            for (i, (q, v)) in q.iter_mut().zip(v).enumerate() {
-                let (value, rate) = weights.interpolate(&knot(start, at, i), &knot(motion, at, i));
-                (*q, *v) = (Lanes(value), Lanes(rate));
-            }
-        }
-        state
-    }
-}
-
-/// Computes `start + Σ factor · vector`, in groups of `blocks` blocks, from the coordinate `from`
-/// of each block on.
-fn set_sum(
-    [blocks, from]: [usize; 2],
-    result: &mut Vector,
-    start: &Vector,
-    terms: &[(f64, &Vector)],
-) {
-    let groups = result
-        .chunks_mut(blocks)
-        .zip(start.chunks(blocks))
-        .enumerate();
-    team::for_each(
-        groups.map(|(group, parts)| (group * blocks, parts)),
-        |(first, (result, start))| {
-            for (k, (block, start)) in result.iter_mut().zip(start).enumerate() {
-                for i in from..2 {
-                    let mut value = start[i];
-                    for (factor, vector) in terms {
-                        value = value + Lanes::from_f64(*factor) * vector[first + k][i];
-                    }
-                    block[i] = value;
-                }
-            }
-        },
-    );
 }

@@ -1,10 +1,14 @@
 //! A pass: a filament of a tool, over a workpiece.
 
+mod assembly;
+mod rigid;
+
 use std::f64::consts::TAU;
 
 use super::balance::{MAX_ENERGY_RESIDUAL, energy_residual, turns_rigidly};
 use super::equilibrium::RigidShape;
-use super::error::{IntegrationError, NoContactArc, SimulationError};
+use super::error::{IntegrationError, SimulationError};
+use super::filament::Filament;
 use super::form::{FilamentEquations, Form};
 use super::kind::Kind;
 use super::observers::{ContactObserver, Sample, Sampler, Sampling, Shape};
@@ -14,150 +18,29 @@ use super::side_by_side::simulate_one;
 use super::statistics::Statistics;
 use super::step::Step;
 use super::stop::Stop;
-use super::system::{Filament, FilamentState, FilamentSystem};
+use super::system::{FilamentState, FilamentSystem};
 use super::trajectory::Trajectory;
 use super::turns::{Itinerary, start_of_turn};
-use crate::contact::{Approach, ContactLaw};
+use crate::equations::PolarAxis;
 use crate::equations::linear::{add, dot, scale};
-use crate::equations::{Chain, Clamp, PolarAxis, sin_cos};
 use crate::integrate::StepControlError::StepTooSmall;
 use crate::integrate::tableau::{ESDIRK54, Tableau};
 use crate::integrate::{RejectionCause, SecondOrderSystem, Stepper, Tolerances};
-use crate::model::filament;
 use crate::model::metrics::{ContactRecord, Metrics, NominalContact, RemovalLaw};
 use crate::model::pose::Pose;
 use crate::model::record::Record;
-use crate::model::settings::{Settings, Turns, unit_normal};
-use crate::model::trim::{self, Trim};
+use crate::model::settings::{Settings, Turns};
 use crate::tool::{ClampMotion, RotaryTool, Tool, Turning};
-use crate::workpiece::{ContactArc, Part, Passage, ProfileCells, Ramp, Way, Workpiece};
+use crate::workpiece::{Part, ProfileCells, Workpiece};
+use rigid::{ANGLE_TOLERANCE_RAD, Rigid};
 
 /// Integration method of every pass (docs/methods.md).
 pub(super) const METHOD: &Tableau = &ESDIRK54;
-
-/// Returns the largest angles about the tool axis, in rad, by which nodes of a relaxed filament are
-/// ahead of a straight one and behind it.
-fn reach_around(clamp: &Clamp<f64>, chain: &Chain<f64>) -> [f64; 2] {
-    let ([mut x, mut y, _], [direction_x, direction_y, _]) = (clamp.position, clamp.direction);
-    let ([mut straight_x, mut straight_y], mut inclination) = ([x, y], 0.0);
-    let [mut ahead, mut behind] = [0.0_f64; 2];
-    for link in &chain.links {
-        inclination += link.relaxed_angle.angle();
-        let (sin, cos) = sin_cos(inclination);
-        x += chain.length * (direction_x * cos - direction_y * sin);
-        y += chain.length * (direction_y * cos + direction_x * sin);
-        straight_x += chain.length * direction_x;
-        straight_y += chain.length * direction_y;
-        let angle = (straight_x * y - straight_y * x).atan2(straight_x * x + straight_y * y);
-        (ahead, behind) = (ahead.max(angle), behind.max(-angle));
-    }
-    [ahead, behind]
-}
 
 /// Longest cell of a profile, as a share of the free length: 0.25 mm of the paper's filament.
 const CELL_SHARE: f64 = 1.0 / 160.0;
 /// Tolerance of a pass that is repeated, as a share of the one at which it failed.
 const REFINEMENT: f64 = 0.1;
-/// Largest difference in rad of angles of the same touch.
-const ANGLE_TOLERANCE_RAD: f64 = 1e-9;
-/// Smallest step in rad between checked angles of a rigidly turning filament: its step while it
-/// touches.
-const MIN_ANGLE_STEP_RAD: f64 = 1e-3;
-
-/// Filament that turns rigidly with its tool, above the workpiece as it is at time zero.
-struct Rigid<'a, T, W> {
-    filament: &'a Filament<Turning<T>, W>,
-    /// Shape of the filament; `None` if it is relaxed.
-    shape: Option<&'a RigidShape>,
-}
-
-impl<T: Tool, W: Workpiece> Rigid<'_, T, W> {
-    /// Returns the coordinates of the segments about `z` at the `angle` of the tool (rad), and
-    /// their rates.
-    fn coordinates(&self, angle: f64) -> (Vec<[f64; 2]>, [f64; 2]) {
-        let Turning { tool, rate, .. } = &self.filament.motion;
-        match self.shape {
-            Some(shape) => (shape.at(angle).collect(), [0.0, *rate]),
-            None => {
-                let [q, v] = tool.undeformed(angle, *rate);
-                (self.filament.chain.relaxed(q).collect(), v)
-            }
-        }
-    }
-
-    /// Returns the clearance of nodes and centreline in m at the `angle` of the tool (rad),
-    /// negative if they touch. The second value is the largest distance of a node from the axis in
-    /// m.
-    fn clearance(&self, angle: f64) -> [f64; 2] {
-        let Filament { chain, motion, .. } = self.filament;
-        let (q, v) = self.coordinates(angle);
-        let mut nodes = vec![[motion.tool.clamp(angle, motion.rate).position, [0.0; 3]]];
-        let mut farthest = 0.0_f64;
-        for (k, q) in q.into_iter().enumerate() {
-            let [direction, ..] = PolarAxis::Z.direction([q, v, [0.0; 2]]);
-            nodes.push([add(nodes[k][0], scale(chain.length, direction)), [0.0; 3]]);
-            let [x, y, _] = nodes[k + 1][0];
-            farthest = farthest.max(x.hypot(y));
-        }
-        let clear = (0..self.filament.contacts()).map(|contact| {
-            let touch = self.filament.touch(contact, &|node| nodes[node], None, 0.0);
-            let Approach {
-                penetration,
-                margin,
-                ..
-            } = touch.approach;
-            if margin > 0.0 {
-                -penetration
-            } else {
-                (-penetration).max(0.0)
-            }
-        });
-        [clear.fold(f64::INFINITY, f64::min), farthest]
-    }
-
-    /// Returns the angle in rad before `entry` at which the filament first touches the workpiece,
-    /// after it was free for the angle `lead`. Returns `None` if there is no such angle up to
-    /// `farthest`.
-    fn early_touch(&self, entry: f64, lead: f64, farthest: f64) -> Option<f64> {
-        let clearance = |early: f64| self.clearance(entry - early);
-        let (mut early, mut touched) = (0.0, None);
-        loop {
-            let [clear, radius] = clearance(early);
-            if clear < 0.0 {
-                touched = Some(early);
-                if early > farthest {
-                    return None;
-                }
-            } else if early - touched.unwrap_or(0.0) >= lead {
-                break;
-            }
-            // A gap changes by at most twice the way.
-            early +=
-                (clear / (2.0 * radius)).clamp(MIN_ANGLE_STEP_RAD, MIN_ANGLE_STEP_RAD.max(lead));
-        }
-        let Some(touched) = touched else {
-            return Some(0.0);
-        };
-        let (mut low, mut high) = (touched, touched + MIN_ANGLE_STEP_RAD);
-        while high - low > ANGLE_TOLERANCE_RAD {
-            let middle = (low + high) / 2.0;
-            if clearance(middle)[0] < 0.0 {
-                low = middle
-            } else {
-                high = middle
-            }
-        }
-        Some(high)
-    }
-
-    /// Returns the largest penetration in a turn, in m; negative if the filament does not touch.
-    fn depth(&self) -> f64 {
-        const CHECKED_ANGLES: usize = 256;
-        let clear =
-            (0..CHECKED_ANGLES).map(|i| self.clearance(TAU * i as f64 / CHECKED_ANGLES as f64)[0]);
-        -clear.fold(f64::INFINITY, f64::min)
-    }
-}
 
 /// Pass of a filament over a workpiece, as integrated by [`simulate`](super::simulate).
 ///
@@ -193,103 +76,6 @@ pub struct Pass<T = RotaryTool, W = Part> {
     is_refined: bool,
 }
 
-impl Pass {
-    /// Creates the pass of the tool and the workpiece that `settings` state, for the filament in
-    /// the middle of the trim.
-    ///
-    /// # Panics
-    /// If the settings fail [`Settings::check`] because of their workpiece.
-    pub fn new(settings: &Settings) -> Self {
-        Self::at(settings, 0.0)
-    }
-
-    /// Creates the pass of the deepest filament.
-    pub(crate) fn deepest(settings: &Settings) -> Self {
-        Self::at(settings, trim::deepest(settings))
-    }
-
-    /// Creates the pass of the filament at the place `s` (m) of the trim.
-    ///
-    /// # Panics
-    /// As [`Pass::new`].
-    pub fn at(settings: &Settings, s: f64) -> Self {
-        let (part, passage) =
-            Part::at(settings, s).unwrap_or_else(|violation| panic!("{violation}"));
-        let (tool, rate) = (
-            RotaryTool::at(settings, s),
-            settings.angular_velocity_rad_s(),
-        );
-        let trim = Trim::of(settings);
-        let shape = (!trim.is_radial()).then(|| {
-            RigidShape::equilibrium(&filament::chain(&settings.filament, [0.0; 3]), &tool, rate)
-        });
-        let reach = match trim::differ(settings) {
-            true => {
-                trim.ends()
-                    .into_iter()
-                    .fold(0.0, |reach: f64, s| reach.max(trim.root(s)[0]))
-                    + trim.length
-            }
-            false => 0.0,
-        };
-        let (pose, depth) = (
-            Pose::of(&settings.tool),
-            settings.process.penetration_depth_m,
-        );
-        let setting = PassConditions {
-            pose,
-            shape,
-            is_rotary: true,
-            reach,
-            depth,
-            removal: RemovalLaw::of(settings),
-        };
-        let pass = Self::assemble(
-            settings,
-            tool,
-            part,
-            settings.tool_radius_m(),
-            passage,
-            setting,
-        );
-        if pass.all_round {
-            pass.on_ramp(settings)
-        } else {
-            pass
-        }
-    }
-
-    /// Lets the workpiece rise to its place in the turn before the first.
-    fn on_ramp(mut self, settings: &Settings) -> Self {
-        /// Clearance at the start, over the free length.
-        const START_CLEARANCE_SHARE: f64 = 1e-6;
-        let rigid = Rigid {
-            filament: &self.filament,
-            shape: self.setting.shape.as_ref(),
-        };
-        let deepest = rigid.depth() * (1.0 + 1e-3) + START_CLEARANCE_SHARE * self.filament_length;
-        let way = match settings.tube() {
-            Some(_) => Way::Inwards(deepest),
-            None => Way::Along(scale(
-                settings.process.penetration_depth_m.max(deepest),
-                unit_normal(&settings.workpiece),
-            )),
-        };
-        let ramp = Ramp {
-            way,
-            duration: TAU / self.filament.motion.rate,
-        };
-        self.filament.workpiece = self.filament.workpiece.on_ramp(ramp);
-        if !self.filament.workpiece.is_planar() {
-            self.form = Form::Spatial;
-        }
-        if settings.starts_leaning() {
-            self.filament.motion.tool.leans_from = Some(self.filament.motion.initial_angle);
-        }
-        self
-    }
-}
-
 /// Properties in which a pass differs from one of any tool over any workpiece.
 #[derive(Clone, Debug)]
 struct PassConditions {
@@ -308,165 +94,6 @@ struct PassConditions {
 }
 
 impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
-    /// Creates the pass of `tool` over `workpiece`. `settings` state everything else.
-    ///
-    /// The tool turns at `ω = v_b/R`, with `v_b` from the settings and the tool's own radius. The
-    /// settings of the body's radius, of the kind and pose of the tool, the workpiece and the
-    /// penetration depth are not used.
-    ///
-    /// # Errors
-    /// If the undeformed tips have no [contact arc](Workpiece::contact_arc) on the workpiece.
-    pub fn with(settings: &Settings, tool: T, workpiece: W) -> Result<Self, NoContactArc> {
-        let length = settings.filament.length_m;
-        let tip = |angle: f64| {
-            let clamp = tool.clamp(angle, 0.0);
-            add(clamp.position, scale(length, clamp.direction))
-        };
-        let arc = workpiece.contact_arc(&tip).ok_or(NoContactArc)?;
-        let radius = tool.radius(length);
-        let depth = settings.process.penetration_depth_m;
-        let removal = RemovalLaw::of(settings);
-        let setting = PassConditions {
-            pose: Pose::UPRIGHT,
-            shape: None,
-            is_rotary: false,
-            reach: 0.0,
-            depth,
-            removal,
-        };
-        Ok(Self::assemble(
-            settings,
-            tool,
-            workpiece,
-            radius,
-            arc.into(),
-            setting,
-        ))
-    }
-
-    fn assemble(
-        settings: &Settings,
-        tool: T,
-        workpiece: W,
-        tool_radius: f64,
-        passage: Passage,
-        setting: PassConditions,
-    ) -> Self {
-        let Settings {
-            tool: brush,
-            filament,
-            contact,
-            process,
-            solver,
-            ..
-        } = settings;
-        let nominal = NominalContact::new(tool_radius, process.brushing_velocity_m_s, &passage);
-        let ContactArc { middle, angle } = passage.window;
-        // A rate that is small for a vibrating filament: slow tools need no finer scale.
-        let slow_rate = 0.01 * filament::first_natural_frequency(filament);
-        let gravity = setting.pose.to_tool(process.gravity_m_s2);
-        let planar = tool.is_planar() && workpiece.is_planar() && gravity[2] == 0.0;
-        let chain = filament::chain(filament, gravity);
-        // A straight, thin filament of a tool from the settings is the undeformed one, and touches
-        // no earlier.
-        let is_nominal = setting.is_rotary
-            && setting.shape.is_none()
-            && contact.radius_m == 0.0
-            && filament.lateral_tilt_rad == 0.0
-            && filament.waviness_amplitude_m == 0.0;
-        let [ahead, behind] = match &setting.shape {
-            None => reach_around(&tool.clamp(middle, 0.0), &chain),
-            Some(_) => [0.0; 2],
-        };
-        let mut tail_angle = process.tail_angle_rad + behind;
-        let entry = middle - angle / 2.0;
-        let initial_angle = entry - (process.lead_angle_rad + ahead);
-        let law = ContactLaw::from(contact);
-        let filament_length = filament.length_m;
-        let mass: f64 = chain.links.iter().map(|link| link.mass).sum();
-        let mut filament = Filament {
-            chain,
-            motion: Turning {
-                tool,
-                rate: nominal.rate(),
-                initial_angle,
-            },
-            law,
-            workpiece,
-        };
-        let mut all_round = passage.all_round;
-        let mut lead_angle = process.lead_angle_rad + ahead;
-        if !is_nominal && !all_round {
-            let farthest = TAU - angle - tail_angle - process.lead_angle_rad;
-            let rigid = Rigid {
-                filament: &filament,
-                shape: setting.shape.as_ref(),
-            };
-            let early = rigid.early_touch(entry, process.lead_angle_rad, farthest);
-            // Bent filaments may touch during the whole turn where straight ones do not.
-            all_round = early.is_none() && setting.shape.is_some();
-            let early = early.unwrap_or(0.0);
-            if early > ahead + ANGLE_TOLERANCE_RAD {
-                lead_angle = process.lead_angle_rad + early;
-                // Filaments are bent in the plane of the axis, and leave as late as they come
-                // early.
-                tail_angle += if setting.shape.is_some() { early } else { 0.0 };
-            }
-        }
-        if all_round {
-            (lead_angle, tail_angle) = (0.0, 0.0);
-        }
-        filament.motion.initial_angle = entry - lead_angle;
-        let time = |angle: f64| (lead_angle + angle) / nominal.rate();
-        let rate_scale = (nominal.brushing_velocity / filament_length).max(slow_rate);
-        // Where a node comes off, its force ceases while contact damping still takes the stored
-        // energy. The motion does not show this.
-        let damps = filament.law.damping > 0.0;
-        let touching: f64 = passage.touches.iter().map(|[from, to]| to - from).sum();
-        let soft = filament.law.force_at_rest(setting.depth) * touching / nominal.rate();
-        let energy = if damps {
-            mass * (rate_scale * filament_length).powi(2)
-        } else {
-            f64::INFINITY
-        };
-        Self {
-            form: if planar { Form::Planar } else { Form::Spatial },
-            filament,
-            nominal,
-            touches: match all_round {
-                true => vec![[0.0, TAU / nominal.rate()]],
-                false => passage
-                    .touches
-                    .iter()
-                    .map(|touch| touch.map(time))
-                    .collect(),
-            },
-            all_round,
-            setting,
-            filament_length,
-            filament_count: brush.filament_count,
-            tolerances: Tolerances {
-                relative: solver.relative_tolerance,
-                coordinate_scale: 1.0,
-                rate_scale,
-                // A tenth of the momentum of the filament: the whole momentum did not resolve
-                // reversals of friction. A very soft contact has less: its impulse on an undeformed
-                // filament.
-                integral_scales: [(mass * nominal.brushing_velocity).min(soft), energy]
-                    .map(|size| 0.1 * size),
-            },
-            lead_angle,
-            tail_angle,
-            turns: process.turns.unwrap_or(if all_round {
-                Turns::Steady
-            } else {
-                Turns::default()
-            }),
-            stop: None,
-            is_refined: false,
-        }
-    }
-
     /// Returns the pass integrated in space even if it is planar.
     ///
     /// This is for comparisons: if the motion is laterally unstable, rounding decides whether the
