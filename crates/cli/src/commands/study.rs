@@ -22,6 +22,7 @@ use bristle_study::text::{shown, shown_path};
 use clap::{Args, ValueEnum};
 
 use crate::error::{CliError, SIMULATION_FAILED};
+use crate::interrupt::on_interrupt;
 use crate::job::{JobArgs, told};
 use crate::pictures::{FIGURES, Figures, draw_study, is_picture, measured_forces, say_drawn};
 use crate::progress::Progress;
@@ -180,9 +181,7 @@ pub fn open(study: Study, directory: &Path, restart: bool) -> Result<StudyRun, C
             ));
             process::exit(INTERRUPTED.into())
         });
-        // If signals are handled elsewhere, or ignored, that is intended. The journal survives an
-        // end without notice.
-        let _ = ctrlc::try_set_handler(stop);
+        on_interrupt(stop);
     }
     Ok(run)
 }

@@ -170,8 +170,13 @@ pub fn kill(mut child: Child) -> ExitStatus {
 
 /// Sends a process the signal of Ctrl-C.
 pub fn interrupt(child: &Child) {
+    send("-INT", child);
+}
+
+/// Sends a signal, as "-TERM", to a process.
+pub fn send(signal: &str, child: &Child) {
     let sent = Process::new("kill")
-        .args(["-INT", &child.id().to_string()])
+        .args([signal, &child.id().to_string()])
         .status();
     assert!(sent.expect("`kill` is there").success());
 }

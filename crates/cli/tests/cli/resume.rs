@@ -13,7 +13,7 @@ use bristle_app::store::journal::{JournalError, Length, StudyKeys};
 use bristle_study::grid::CaseResult;
 use serde_json::{Value, json};
 
-use crate::program::{self, brush, has, ignores_interrupts, interrupt, kill, lacks};
+use crate::program::{self, brush, has, ignores_interrupts, interrupt, kill, lacks, send};
 
 /// A study that takes some tenths of a second, with two kinds of passes, and failing cases. Only
 /// the velocity has several values: with several depths each run would draw maps, which would take
@@ -506,6 +506,21 @@ mod unix {
             "stopped: {done} of {total} cases are in `results/journal.jsonl`; run the same command again to resume"
         );
         has(&message, &[&expected]);
+    }
+
+    /// `nohup` ignores SIGHUP, which is no reason to lose SIGTERM.
+    #[test]
+    fn a_program_that_ignores_hangups_stops_on_sigterm() {
+        let workspace = ResumeDirectory::new();
+        workspace.write_input(&long_file());
+        let mut command = workspace.command_after("trap '' HUP");
+        let mut child = command.spawn().expect("there is a shell");
+        workspace.wait_for_lines(5, &mut child);
+        send("-HUP", &child);
+        send("-TERM", &child);
+        let output = child.wait_with_output().expect("the process is ours");
+        let message = ends(&output, INTERRUPTED);
+        has(&message, &["run the same command again to resume"]);
     }
 
     /// Writing fails if a file would exceed the limit of the shell, as on a full disk.
