@@ -306,14 +306,14 @@ def test_figures_show_themselves_without_pyplot(
     figures = pytest.importorskip("matplotlib.figure")
     contact, brush = bristle.simulate(settings), bristle.brush(small_brush, progress=False)
     for drawn, count in ((contact, 3), (brush, 2)):
-        figure = drawn.plot()
+        figure: Any = drawn.plot()
         assert figure._repr_png_().startswith(b"\x89PNG") and len(figure.axes) == count
         own = figures.Figure()
         assert drawn.plot(ax=own.subplots(count)) is own
         assert all(axes.lines for axes in own.axes)
     force, scene = brush.plot(time_s=0.0).axes
     assert len(scene.lines) == 3
-    legend = force.get_legend()
+    legend: Any = force.get_legend()
     assert legend.get_bbox_to_anchor().x0 >= force.bbox.x1, "beside the curves"
     with pytest.raises(ValueError, match="no frames"):
         bristle.brush(small_brush, frames=0, progress=False).plot()
