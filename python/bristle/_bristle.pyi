@@ -11,7 +11,7 @@ from bristle._table import Column, Description
 __all__ = [
     "Cases",
     "Input",
-    "MOST_CONTROL_POINTS",
+    "MAX_CONTROL_POINTS",
     "PendingStudy",
     "SampledTool",
     "Simulated",
@@ -30,12 +30,12 @@ __all__ = [
     "wear",
 ]
 
-MOST_CONTROL_POINTS: int
+MAX_CONTROL_POINTS: int
 __version__: str
 
 _Floats = npt.NDArray[np.float64]
 _ContactState = tuple[Any, ...]
-BrushState = tuple[int, bytes, list[float], str | None]
+_BrushState = tuple[int, bytes, list[float], str | None]
 _Columns = tuple[Mapping[str, Column], Mapping[str, str]]
 
 @final
@@ -76,9 +76,9 @@ class SimulatedBrush:
     def contacts(self) -> _Columns: ...
     def frames(self) -> tuple[_Floats, npt.NDArray[np.float32]]: ...
     def page(self, name: str) -> str: ...
-    def state(self) -> BrushState: ...
+    def state(self) -> _BrushState: ...
     @staticmethod
-    def of_state(input: Input, state: BrushState) -> SimulatedBrush: ...
+    def of_state(input: Input, state: _BrushState) -> SimulatedBrush: ...
 
 @final
 class PendingStudy:

@@ -146,7 +146,7 @@ class Brush:
         return (_restored, (self._settings, self._simulated.state()))
 
 
-def _restored(settings: Settings, state: _bristle.BrushState) -> Brush:
+def _restored(settings: Settings, state: _bristle._BrushState) -> Brush:
     return Brush(settings, _bristle.SimulatedBrush.of_state(settings._input, state))
 
 

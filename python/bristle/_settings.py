@@ -86,8 +86,8 @@ def _text(text: str, path: str) -> str:
 
 def _check_size(path: str, shape: tuple[int, ...]) -> None:
     """Refuses an array by its shape."""
-    if path == _CONTROL_POINTS and shape and shape[0] > _bristle.MOST_CONTROL_POINTS:
-        most = _bristle.MOST_CONTROL_POINTS
+    if path == _CONTROL_POINTS and shape and shape[0] > _bristle.MAX_CONTROL_POINTS:
+        most = _bristle.MAX_CONTROL_POINTS
         raise SettingsError(f"`{path}` has {shape[0]} points, at most {most}", path)
     if prod(shape) > _MOST_ELEMENTS:
         dimensions = " × ".join(str(length) for length in shape)
