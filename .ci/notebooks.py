@@ -17,7 +17,7 @@ HANGS_AFTER_S = 900.0
 
 
 class Failure(Exception):
-    """What is wrong with a notebook."""
+    """Failure of a notebook."""
 
 
 def is_stored_clean(notebook: nbformat.NotebookNode) -> bool:

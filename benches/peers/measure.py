@@ -195,7 +195,7 @@ class Bristle(Program):
     """Bristle's timing program."""
 
     def request(self, measure: str, **values: object) -> dict:
-        """What it answers."""
+        """Returns the answer to a request."""
         return json.loads(self.ask(json.dumps({"measure": measure, **values})))
 
     def contact(self, case: Case, tolerance: float) -> tuple[float, float]:
@@ -222,7 +222,7 @@ class Bristle(Program):
 
 @dataclass(frozen=True)
 class Setup:
-    """What the groups need."""
+    """Programs, directory and extent of the measurements."""
 
     bristle: Bristle
     loops: list[Path]
@@ -232,7 +232,7 @@ class Setup:
 
     @property
     def rounds(self) -> int:
-        """Of short measurements."""
+        """Number of repetitions of a short measurement."""
         return 5 if self.quick else 21
 
 

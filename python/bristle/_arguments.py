@@ -91,7 +91,7 @@ def path_or_none(name: str, value: str | PathLike[str] | None) -> str | None:
 
 
 def of_json(text: str | None) -> Any:
-    """What a JSON text says, which cannot be changed; ``None`` without a text."""
+    """Returns the read-only value of a JSON text; ``None`` without a text."""
     return None if text is None else fixed(json.loads(text))
 
 

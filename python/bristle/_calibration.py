@@ -73,13 +73,13 @@ class Calibration(Mapping[str, "float | None"]):
 
     @property
     def change_when_checked(self) -> float | None:
-        """By how much what was fitted changes at most with more precision, over itself; ``None``
+        """Largest relative change of the fitted values with more precision; ``None``
         without ``check=True``."""
         return self._change_when_checked
 
     @property
     def findings(self) -> tuple[Mapping[str, Any], ...]:
-        """What is not as it seems: ``id``, ``quantity``, ``value``, ``limit``, ``statement``, and ``help``.
+        """Findings with ``id``, ``quantity``, ``value``, ``limit``, ``statement``, and ``help``.
 
         ``bristle explain`` says what an id means.
         """
@@ -101,12 +101,12 @@ class Calibration(Mapping[str, "float | None"]):
 
     @cached_property
     def covariance(self) -> npt.NDArray[np.float64]:
-        """Of the values, in the order of the settings."""
+        """Covariance of the values, in the order of the settings."""
         return np.array(self._record["covariance"], dtype=float)
 
     @cached_property
     def correlations(self) -> npt.NDArray[np.float64]:
-        """Of the values, in the order of the settings."""
+        """Correlations of the values, in the order of the settings."""
         return np.array(self._record["correlations"], dtype=float)
 
     @property
@@ -116,7 +116,7 @@ class Calibration(Mapping[str, "float | None"]):
 
     @property
     def undetermined(self) -> list[str]:
-        """What the measurements do not determine, in words; empty if all is determined."""
+        """Combinations that the measurements do not determine, in words."""
         return [str(group["statement"]) for group in self._record["undetermined"]]
 
     @property
@@ -126,7 +126,7 @@ class Calibration(Mapping[str, "float | None"]):
 
     @property
     def square_root(self) -> Mapping[str, Any] | None:
-        """Whether the square root of time fits the radii of an edge: ``fits``, ``chi_squared``,
+        """Fit of the radii of an edge by the square root of time: ``fits``, ``chi_squared``,
         ``probability``, ``c_m_per_sqrt_s`` and a ``statement``; ``None`` for forces."""
         root: Mapping[str, Any] | None = self._record.get("square_root")
         return root

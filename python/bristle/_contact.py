@@ -62,7 +62,7 @@ class Contact:
 
     @property
     def settings(self) -> Settings:
-        """What was simulated."""
+        """Settings of the simulation."""
         return self._settings
 
     @property
@@ -72,7 +72,7 @@ class Contact:
 
     @property
     def findings(self) -> tuple[Mapping[str, Any], ...]:
-        """What is not as it seems: ``id``, ``quantity``, ``value``, ``limit``, ``statement``, and ``help``.
+        """Findings with ``id``, ``quantity``, ``value``, ``limit``, ``statement``, and ``help``.
 
         ``bristle explain`` says what an id means.
         """
@@ -92,7 +92,7 @@ class Contact:
 
     @cached_property
     def checked(self) -> Mapping[str, Any] | None:
-        """What ``check.json`` has: the metrics with more precision; ``None`` without ``check=True``."""
+        """Content of ``check.json``: the metrics with more precision; ``None`` without ``check=True``."""
         changes: Mapping[str, Any] | None = arguments.of_json(self._simulated.checked())
         return changes
 

@@ -198,8 +198,8 @@ class ContactMetrics(TypedDict):
 
 
 class Metrics(ContactMetrics, Statistics, TypedDict):
-    """What ``metrics.json`` of a contact has: `ContactMetrics`, `Statistics`, and what a
-    brush does not have."""
+    """Content of ``metrics.json`` of a contact: `ContactMetrics`, `Statistics`, and
+    metrics that a brush does not have."""
 
     lateral_amplification: float
     """Lateral amplification: largest |∂z_tip/∂τ|/l_f of the pass, τ the tilt of the
@@ -212,7 +212,7 @@ class Metrics(ContactMetrics, Statistics, TypedDict):
 
 
 class BrushMetrics(ContactMetrics, TypedDict):
-    """What ``metrics.json`` of a brush has: `ContactMetrics`, and what follows."""
+    """Content of ``metrics.json`` of a brush: `ContactMetrics` and those of interaction."""
 
     interaction_factor: float
     """p_n in the brush over that of one filament alone; zero if that is zero."""

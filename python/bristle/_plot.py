@@ -41,7 +41,7 @@ class _Side:
     values: npt.NDArray[Any]
     """Numbers in the unit of figures, in ascending order, or names."""
     positions: npt.NDArray[np.intp]
-    """Of these values along the axis."""
+    """Positions of these values along the axis."""
 
     @property
     def has_names(self) -> bool:

@@ -18,7 +18,7 @@ TellShare: TypeAlias = Callable[[float], object]
 Tell = TypeVar("Tell", bound=Callable[..., object])
 
 PATIENCE_S = 1.0
-"""What is over sooner shows nothing on a terminal."""
+"""Time before which nothing is shown on a terminal."""
 
 PAUSE_S = 0.2
 """Time between two changes of the line of a terminal."""
@@ -81,7 +81,7 @@ def _in_time(seconds: float) -> str:
 def _shown(
     progress: bool | Tell, tell_on: Callable[[_Line], Tell]
 ) -> Iterator[Tell | None]:
-    """What shows progress: the function of the caller, one on a line, or none."""
+    """Yields the function that shows progress: that of the caller, one on a line, or none."""
     if callable(progress):
         yield progress
     elif not progress:
@@ -95,7 +95,7 @@ def _shown(
 
 
 def of_cases(progress: bool | TellCases) -> AbstractContextManager[TellCases | None]:
-    """What shows the progress of a study, if anything does."""
+    """Returns the function that shows the progress of a study, if there is one."""
 
     def tell(line: _Line, done: int, total: int, failed: int) -> None:
         failures = f", {failed} failed" if failed else ""
@@ -107,7 +107,7 @@ def of_cases(progress: bool | TellCases) -> AbstractContextManager[TellCases | N
 def of_share(
     progress: bool | TellShare, what: str
 ) -> AbstractContextManager[TellShare | None]:
-    """What shows the progress of ``what``, if anything does."""
+    """Returns the function that shows the progress of ``what``, if there is one."""
 
     def tell(line: _Line, share: float) -> None:
         line.tell(share, f"{100.0 * share:.0f} % of {what}")

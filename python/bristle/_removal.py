@@ -43,7 +43,7 @@ class Removal:
 
     @property
     def settings(self) -> Settings:
-        """What was simulated."""
+        """Settings of the simulation."""
         return self._settings
 
     @property
@@ -105,13 +105,13 @@ class Removal:
 
     @property
     def change_when_refined(self) -> float:
-        """By how much the radius changed at most as the simulated radii were doubled, over itself."""
+        """Largest relative change of the radius as the simulated radii were doubled."""
         return float(self._numbers["change_when_refined"])
 
     @property
     def change_when_checked(self) -> float | None:
-        """By how much radius, time and coefficient change at most with more precision, over
-        themselves; ``None`` without ``check=True``."""
+        """Largest relative change of radius, time and coefficient with more precision;
+        ``None`` without ``check=True``."""
         change: float | None = self._numbers["change_when_checked"]
         return change
 

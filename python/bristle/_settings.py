@@ -270,7 +270,7 @@ class Settings:
         return PurePath(self._name).name
 
     def replace(self, **sections: Section | None) -> Settings:
-        """The same settings with other values of some keys.
+        """Returns the settings with other values of some keys.
 
         A key whose value is ``None`` gets its default again, and so do all keys of
         a section that is ``None``.
@@ -291,12 +291,12 @@ class Settings:
         return type(self)._of(ordered, self._name)
 
     def _swept(self, sweep: Section) -> Settings:
-        """The same settings with these sweeps, in their order, in place of those that are stated."""
+        """Returns the settings with these sweeps, in their order, in place of the stated ones."""
         _require_mapping("study", sweep)
         return type(self)._of({**self._stated, "study": sweep}, self._name)
 
     def to_toml(self) -> str:
-        """What is stated, as the text of an input file for the program."""
+        """Returns the stated settings as the text of an input file for the program."""
         return tomli_w.dumps(self._stated)
 
     def __eq__(self, other: object) -> bool:

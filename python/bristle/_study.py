@@ -70,7 +70,7 @@ class Study:
 
     @property
     def settings(self) -> Settings:
-        """What was simulated; `Settings.sweep` has the sweeps."""
+        """Settings of the study; `Settings.sweep` has the sweeps."""
         return self._settings
 
     @property
@@ -116,7 +116,7 @@ class Study:
 
     @property
     def findings(self) -> tuple[Mapping[str, Any], ...]:
-        """What is not as it seems: ``id``, ``quantity``, ``value``, ``limit``, the ``rows``, ``statement``, and ``help``.
+        """Findings with ``id``, ``quantity``, ``value``, ``limit``, the ``rows``, ``statement``, and ``help``.
 
         ``bristle explain`` says what an id means.
         """
@@ -292,7 +292,7 @@ class PartialStudy:
 
     @property
     def settings(self) -> Settings:
-        """What is simulated; `Settings.sweep` has the sweeps."""
+        """Settings of the study; `Settings.sweep` has the sweeps."""
         return self._settings
 
     @property

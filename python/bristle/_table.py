@@ -20,7 +20,7 @@ Column: TypeAlias = npt.NDArray[Any]
 
 
 class Description(TypedDict):
-    """What a column of a study is."""
+    """Description of a column of a study."""
 
     unit: str
     """Its SI unit; empty if it has none."""
@@ -70,7 +70,7 @@ class Table(Mapping[str, "Column"]):
         return len(self._columns)
 
     def __eq__(self, other: object) -> bool:
-        """Whether the same columns have the same values and units."""
+        """Returns ``True`` if the same columns have the same values and units."""
         if not isinstance(other, Table):
             return NotImplemented
         return (

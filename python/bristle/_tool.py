@@ -165,7 +165,7 @@ class Tool:
         return unwrapped
 
     def __eq__(self, other: object) -> bool:
-        """Whether all samples are the same."""
+        """Returns ``True`` if all samples are equal."""
         return isinstance(other, Tool) and self._key() == other._key()
 
     def __hash__(self) -> int:

@@ -186,7 +186,7 @@ def journal_of(settings: bristle.Settings, velocities: list[float]) -> str:
 
 
 def of_another_version(journal: str) -> str:
-    """The same journal in another format."""
+    """Returns the journal in another format."""
     assert '"format":2' in journal
     return journal.replace('"format":2', '"format":9')
 

@@ -1,4 +1,4 @@
-"""What no user means to pass: it is refused by its name, at once."""
+"""Arguments that no user means to pass are refused at once, by their names."""
 
 from __future__ import annotations
 

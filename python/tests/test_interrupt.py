@@ -9,14 +9,14 @@ import bristle
 import pytest
 
 WITHIN_S = 0.1
-"""What a signal may take, on a machine that does nothing else."""
+"""Time limit of a signal on an idle machine."""
 
 SLACK = 5.0
-"""By how much longer it may take on one that does."""
+"""Multiple of this limit on a busy machine."""
 
 
 class Interrupted(Exception):
-    """What the handler raises."""
+    """Exception of the handler."""
 
 
 def stops(work: Callable[[], object]) -> None:

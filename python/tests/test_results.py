@@ -275,7 +275,7 @@ def test_a_brush_goes_on_from_its_checkpoint(
     long = small_brush.replace(filament={"segments": 15}, brush={"columns": 30})
 
     class Stopped(Exception):
-        """What progress raises."""
+        """Exception of the progress function."""
 
     def stop(share: float) -> None:
         if share > 0.1:

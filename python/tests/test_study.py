@@ -173,7 +173,7 @@ def test_it_resumes_from_its_journal(
 
 
 class Stopped(Exception):
-    """What progress raises once a case is done."""
+    """Exception of the progress function once a case is done."""
 
 
 def stop(done: int, total: int, failed: int) -> None:

@@ -9,7 +9,7 @@ const SMALL_TURN = 0.05;
 /** Largest height of the views in pixels, and their margin as a part of the filament's length. */
 const HEIGHT = 460;
 const MARGIN = 0.06;
-/** How far beside the outer rows filaments are shown from above, as a part of their length. */
+/** Margin beside the outer rows in the view from above, as a share of the length of filaments. */
 const ASIDE = 0.12;
 /** Share of the forces that the colours tell apart. */
 const BULK = 0.98;

@@ -32,7 +32,7 @@ const DIAGRAMS = [
     series: [{ key: `${part}_height`, name: part }],
   })),
 ];
-/** What a contact does per length of the workpiece's profile. */
+/** Work of a contact per length of the workpiece's profile. */
 const WORKS = [
   { name: "normal impulse along the profile", unit: "N s/m", key: "impulse" },
   { name: "friction work along the profile", unit: "J/m", key: "friction" },
@@ -284,7 +284,7 @@ function createCaseView(study, grid) {
     );
   }
 
-  /** What the contact does per length over the arc length of the profile; edges are shaded. */
+  /** Draws the work per length over the arc length of the profile; edges are shaded. */
   function drawWork({ name, unit, key }) {
     const { arc_length, on_edge, cells } = course.work;
     const values = course.work[key];

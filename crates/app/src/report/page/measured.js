@@ -44,7 +44,7 @@ function showMeasured(measured) {
   byId("measured-tables").replaceChildren(...tables.flat());
 }
 
-/** How far the simulated forces deviate from the measured ones. */
+/** Deviation of the simulated forces from the measured ones. */
 function deviationText(count, deviation, force) {
   if (deviation === null) return "No point can be compared.";
   const within = deviation.within === null ? "" : `, ${deviation.within} of them within one standard deviation`;

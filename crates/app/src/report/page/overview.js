@@ -23,7 +23,7 @@ const ON_CARD = 8;
 /** The name of a setting or a quantity, short enough for an axis. */
 const shortName = ({ name, path }) => (path === PRESSED ? "tool force" : name);
 
-/** Whether a study states forces in place of depths. */
+/** `true` if a study states forces in place of depths. */
 function isPressedOn({ axes, settings }) {
   return axes.some(({ path }) => path === PRESSED) || settings.some(({ path, value }) => path === PRESSED && value > 0);
 }
@@ -110,7 +110,7 @@ function findRanges(quantities) {
   }
 }
 
-/** Whether a case is known to be laterally unstable. Of brushes that is not known. */
+/** Returns `true` if a case is laterally unstable; `false` for brushes, of which that is not known. */
 function isUnstable(study, index) {
   return study.quantities.find(({ key }) => key === UNSTABLE)?.values[index] === 1;
 }
@@ -161,7 +161,7 @@ function createOverview(study, grid, open) {
   const errors = new Map(study.errors);
   const kept = new Set(study.courses.map(([index]) => index));
   const quantities = study.quantities;
-  /** What a map shows beside its colours: lines at a level of some quantity, laterally unstable cases, and numbers. */
+  /** Layers of a map beside its colours: lines at a level of some quantity, laterally unstable cases, and numbers. */
   const layers = [
     { id: "tier", name: "ε_tc = ½", of: RATIO, level: study.sweeping_above, text: "ε_tc = ½, between striking and sweeping" },
     {
@@ -270,7 +270,7 @@ function createOverview(study, grid, open) {
     }
   }
 
-  /** Whether a layer is shown. */
+  /** Returns `true` if a layer is shown. */
   const isShown = (id) => layers.some((layer) => layer.id === id && layer.box.checked);
 
   /** The part of the colours at a value. */
@@ -361,7 +361,7 @@ function createOverview(study, grid, open) {
     return [first, Math.max(Math.ceil(coordinate(high)), first + 1)];
   }
 
-  /** Whether the values of the horizontal axis of the curve span decades. */
+  /** Returns `true` if the values of the horizontal axis of the curve span decades. */
   const spansDecades = Math.min(...across.values) > 0 && Math.max(...across.values) >= DECADES * Math.min(...across.values);
   const acrossPlace = (value) => (spansDecades ? Math.log10(value) : value);
   const acrossRange = () => [Math.min, Math.max].map((end) => acrossPlace(end(...across.values)));

@@ -13,7 +13,7 @@ function sentence(text) {
   );
 }
 
-/** What the file asks for and the answer to it; without a question, the highest force in two sentences. */
+/** Goal of the file and its answer; without a question, the highest force in two sentences. */
 function showHeadline() {
   if (!study.answer) {
     byId("headline").hidden = false;
