@@ -209,7 +209,7 @@ const OF_BOTH: [&str; 2] = [
     "    \"\"\"n_w, rotational speed of the tool, in rpm.\"\"\"\n",
     "\n    turn_contact_normal_impulses_n_s:",
 ];
-const OF_ONE_FILAMENT: [&str; 2] = ["and what a\n    brush does not have.\"\"\"\n", "\n\nclass "];
+const OF_ONE_FILAMENT: [&str; 2] = ["metrics that a brush does not have.\"\"\"\n", "\n\nclass "];
 
 #[test]
 fn python_has_every_metric() {
