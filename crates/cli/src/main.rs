@@ -9,6 +9,7 @@ mod interrupt;
 mod job;
 mod pictures;
 mod progress;
+mod progress_lines;
 mod saved;
 mod terminal;
 mod values;

@@ -12,6 +12,7 @@ pub mod page;
 #[cfg(feature = "parquet")]
 pub mod parquet;
 pub mod removal;
+mod scatter;
 pub mod tables;
 pub mod view;
 #[cfg(feature = "vtk")]

@@ -25,48 +25,19 @@ use std::collections::HashMap;
 use std::fmt::{self, Display, Formatter};
 use std::io::{self, BufRead};
 use std::str::FromStr;
-use std::sync::LazyLock;
 
 use bristle::model::settings::Settings;
-use bristle::simulation::SOLVER_FINGERPRINT;
 use bristle_study::grid::{CaseResult, CaseSummary, Study};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::store::digest::digest;
-use crate::store::origin::{CHECK_DIGITS, Program, listed, sealed, unsealed};
+use crate::store::journal_header::{HEADER, SEED, unlike};
+use crate::store::origin::{listed, sealed, unsealed};
 
 /// The version of the format.
 pub const FORMAT: u32 = 2;
 
-/// SHA-256 of all code that affects results: the core's and that of `bristle_study::grid`.
-pub(crate) static SOLVER: LazyLock<String> = LazyLock::new(|| {
-    digest(
-        [SOLVER_FINGERPRINT, bristle_study::grid::SOURCES]
-            .concat()
-            .as_bytes(),
-    )
-});
-
-/// The first line of a journal of this program, with its newline.
-static HEADER: LazyLock<String> = LazyLock::new(|| {
-    let header = JournalHeader {
-        journal: "bristle".to_owned(),
-        format: FORMAT,
-        program: Program::here(&SOLVER),
-    };
-    sealed("", &header)
-});
-
-/// The check of the header, which enters the check of every line.
-static SEED: LazyLock<&str> = LazyLock::new(|| {
-    let end = HEADER.len() - "\"}\n".len();
-    &HEADER[end - CHECK_DIGITS..end]
-});
-
-/// Beginning of every header of any format. Format 1 named the study.
-const BEGINNING: &str = r#"{"journal":"bristle"#;
-const FORMAT_KEY: &str = r#"","format":"#;
 /// Maximum length of a line that this program writes.
 const MAX_LINE_BYTES: usize = 64 << 20;
 
@@ -130,15 +101,6 @@ pub struct Length {
     pub intact: u64,
     /// Length in bytes of the rest, whose writing was interrupted.
     pub torn: u64,
-}
-
-/// The first line.
-#[derive(Serialize, Deserialize)]
-struct JournalHeader {
-    journal: String,
-    format: u32,
-    #[serde(flatten)]
-    program: Program,
 }
 
 /// Any line after the header.
@@ -241,27 +203,6 @@ fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<u64> {
         if end.is_some() || taken == 0 {
             return Ok(length);
         }
-    }
-}
-
-/// Returns the reason why a first line is not the header of this program.
-fn unlike(line: &[u8]) -> JournalError {
-    let text = str::from_utf8(line).ok();
-    let Some(rest) = text.and_then(|line| line.strip_prefix(BEGINNING)) else {
-        return JournalError::Foreign;
-    };
-    // The format comes first, because another format may have another check.
-    let digits = rest.split_once(FORMAT_KEY).map_or("", |(_, rest)| {
-        let end = rest.find(|character: char| !character.is_ascii_digit());
-        &rest[..end.unwrap_or(rest.len())]
-    });
-    match digits.parse() {
-        Ok(found) if found != u64::from(FORMAT) => return JournalError::Format(found),
-        _ => {}
-    }
-    match text.and_then(|line| unsealed::<JournalHeader>("", line)) {
-        Some(header) => JournalError::Other(header.program.differences(&Program::here(&SOLVER))),
-        None => JournalError::Damaged(1),
     }
 }
 
@@ -373,6 +314,7 @@ impl StudyKeys {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::store::journal_header::{BEGINNING, FORMAT_KEY, JournalHeader};
     use crate::testing::brush;
     use bristle_study::grid::run_study;
     use bristle_study::input::document::Document;

@@ -11,6 +11,7 @@ pub mod digest;
 mod disk;
 pub mod journal;
 pub mod journal_file;
+mod journal_header;
 pub mod method;
 pub mod origin;
 pub mod previous;

@@ -24,6 +24,7 @@ mod table;
 mod tests;
 mod text;
 mod tools;
+mod verification;
 
 use std::io;
 use std::num::NonZeroUsize;
@@ -42,10 +43,11 @@ pub use cited::Cited;
 pub use headline::headline;
 pub use limits::{AdviceError, Limits};
 pub use outcome::{Most, OperatingPoint, Outcome};
-pub use recommendation::{InSpace, Recommendation, Verified};
+pub use recommendation::Recommendation;
 pub use section::{Section, Sentence, Topic};
 pub use suggestion::Suggestion;
 pub use tools::ToolAdvice;
+pub use verification::{InSpace, Verified};
 
 use adviser::Adviser;
 use cited::{cells, force};

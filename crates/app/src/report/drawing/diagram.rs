@@ -1,13 +1,11 @@
 //! Diagrams: curves on two axes.
-//!
-//! The legend never covers a point. It is in a free corner, to the right of the diagram or, on
-//! paper, below it.
 
 use super::format::Format;
 use super::heading::Heading;
+use super::legend::Legend;
 use super::pens::{pen, reference_pen};
 use super::scale::{Axis, AxisScale, Zero, coordinate};
-use super::{Canvas, CanvasPoint, FAINT, GRID, INK, Pen, WHITE, axis, fine, stroke, text, width};
+use super::{Canvas, CanvasPoint, FAINT, GRID, INK, Pen, axis, fine, stroke, text, width};
 use bristle_study::text::number::significant;
 
 /// Width of a figure and height of its diagram in pixels. A figure with its legend to the right of
@@ -18,14 +16,6 @@ const MIN_HEIGHT: i32 = 170;
 /// Pixels below and to the right of the diagram.
 const BOTTOM: i32 = 50;
 const RIGHT: i32 = 24;
-/// Minimum width of a diagram, in pixels.
-const MIN_WIDTH: i32 = 400;
-/// Maximum number of curves with a legend inside the diagram. A longer legend is to its right.
-const MAX_IN_CORNER: usize = 5;
-/// Height of a legend row, left end of its text, and margin around the legend, in pixels.
-const ROW: i32 = 18;
-const TEXT: i32 = 58;
-const MARGIN: i32 = 8;
 /// Maximum number of markers on a line.
 const MAX_MARKERS: usize = 25;
 /// Opacity of bands and stripes, and half the width of an error bar's cap in pixels.
@@ -128,13 +118,13 @@ impl Curve {
 }
 
 /// A curve and its pen.
-struct Styled<'a> {
-    curve: &'a Curve,
-    pen: Pen,
+pub(super) struct Styled<'a> {
+    pub curve: &'a Curve,
+    pub pen: Pen,
 }
 
 impl Styled<'_> {
-    fn draw(&self, canvas: &mut Canvas, points: &[CanvasPoint], marked: &[CanvasPoint]) {
+    pub fn draw(&self, canvas: &mut Canvas, points: &[CanvasPoint], marked: &[CanvasPoint]) {
         match self.curve.look {
             Look::Reference | Look::Line => self.pen.line(canvas, points),
             Look::Markers | Look::Filled => {
@@ -166,7 +156,7 @@ impl Styled<'_> {
 
 /// Assigns pens. Bands and references come first, so that they lie below the rest. References with
 /// the same name look alike.
-fn styled(curves: &[Curve]) -> Vec<Styled<'_>> {
+pub(super) fn styled(curves: &[Curve]) -> Vec<Styled<'_>> {
     let (bands, others): (Vec<_>, Vec<_>) = curves.iter().partition(|curve| curve.is_area());
     let (references, others): (Vec<_>, Vec<_>) = others
         .into_iter()
@@ -206,7 +196,7 @@ pub type PixelRectangle = [i32; 4];
 
 /// Returns the points of a curve in coordinates of the canvas, split at points that cannot be
 /// shown.
-fn places(
+pub(super) fn places(
     curve: &Curve,
     [x, y]: [&AxisScale; 2],
     [left, top, right, bottom]: PixelRectangle,
@@ -249,28 +239,6 @@ fn places(
     }
     parts.retain(|part| !part.is_empty());
     parts
-}
-
-/// Returns the distance between a rectangle (in pixels) and a curve, in coordinates of the canvas.
-fn distance(
-    [left, top, right, bottom]: PixelRectangle,
-    look: Look,
-    parts: &[Vec<(i32, i32)>],
-) -> i32 {
-    let beside = |at: i32, low: i32, high: i32| (fine(low) - at).max(at - fine(high)).max(0);
-    let from = |(x, y): (i32, i32)| beside(x, left, right).max(beside(y, top, bottom));
-    let points = parts.iter().flatten().map(|&at| from(at));
-    let lines = parts
-        .iter()
-        .filter(|_| ![Look::Markers, Look::Filled].contains(&look))
-        .flat_map(|part| part.windows(2))
-        .flat_map(|ends| {
-            let [(x, y), (to_x, to_y)] = [ends[0], ends[1]];
-            let steps = (to_x - x).abs().max((to_y - y).abs()) / fine(3) + 1;
-            (0..steps)
-                .map(move |step| (x + (to_x - x) * step / steps, y + (to_y - y) * step / steps))
-        });
-    points.chain(lines.map(from)).min().unwrap_or(i32::MAX)
 }
 
 impl Diagram {
@@ -362,51 +330,11 @@ impl Diagram {
         let top = heading.height();
         let bottom = top + format.height(SIZE.1, SIZE.0, MIN_HEIGHT);
         let height = bottom + BOTTOM;
-        let names = entries
-            .iter()
-            .map(|entry| width(&entry.curve.name, 12))
-            .max()
-            .unwrap_or(0);
-        let wide = TEXT + names + MARGIN;
-        let high = |rows: usize| ROW * rows as i32 + MARGIN;
         let within = [left, top, page - RIGHT, bottom];
-        let corner = free_corner(&curves, [&x, &y], within, (wide, high(entries.len())));
-        let Legend {
-            frame,
-            place: (across, down),
-            rows,
-            size,
-        } = match corner {
-            Some(place) if entries.len() <= MAX_IN_CORNER => Legend {
-                frame: within,
-                place,
-                rows: entries.len(),
-                size: (page, height),
-            },
-            _ if format.is_on_paper() => {
-                let columns = ((page - left) / wide).max(1) as usize;
-                let rows = entries.len().div_ceil(columns);
-                Legend {
-                    frame: within,
-                    place: (left, height),
-                    rows,
-                    size: (page, height + high(rows)),
-                }
-            }
-            _ => {
-                let right = (page - wide - MARGIN).max(left + MIN_WIDTH);
-                let (frame, high) = ([left, top, right, bottom], high(entries.len()));
-                let size = (right + MARGIN + wide, height.max(top + high));
-                Legend {
-                    frame,
-                    place: (right + MARGIN, top),
-                    rows: entries.len(),
-                    size,
-                }
-            }
-        };
+        let legend = Legend::new(format, &entries, &curves, [&x, &y], within, (page, height));
+        let frame = legend.frame;
 
-        let mut canvas = Canvas::on(format, size);
+        let mut canvas = Canvas::on(format, legend.size);
         heading.draw(&mut canvas);
         draw_axes(&mut canvas, [&x, &y], frame);
         for styled in &curves {
@@ -422,26 +350,7 @@ impl Diagram {
                 draw_cuts(&mut canvas, styled, [&x, &y], frame);
             }
         }
-        for (index, column) in entries.chunks(rows.max(1)).enumerate() {
-            let across = across + wide * index as i32;
-            canvas.rectangle(
-                [
-                    (fine(across), fine(down)),
-                    (fine(across + wide), fine(down + high(rows))),
-                ],
-                WHITE,
-            );
-            for (row, entry) in (0..).zip(column) {
-                let level = fine(down + MARGIN / 2 + ROW / 2 + ROW * row);
-                let line = [MARGIN, 29, 50].map(|x| (fine(across + x), level));
-                entry.draw(&mut canvas, &line, &line[1..2]);
-                canvas.text(
-                    &entry.curve.name,
-                    text(12, INK).right(),
-                    (fine(across + TEXT), level),
-                );
-            }
-        }
+        legend.draw(&mut canvas, &entries);
         canvas
     }
 }
@@ -487,18 +396,6 @@ fn draw_cuts(
     }
 }
 
-/// Place of the legend of a figure.
-struct Legend {
-    /// Frame of the diagram beside the legend, in pixels.
-    frame: PixelRectangle,
-    /// Upper left corner of the legend in pixels.
-    place: (i32, i32),
-    /// Number of rows; further entries follow to the right.
-    rows: usize,
-    /// Size of the figure in pixels.
-    size: (i32, i32),
-}
-
 /// Returns the room for the labels of the vertical axis, in pixels.
 pub fn left_of(format: &Format, y: &AxisScale) -> i32 {
     let labels = y
@@ -508,42 +405,6 @@ pub fn left_of(format: &Format, y: &AxisScale) -> i32 {
         .max()
         .unwrap_or(0);
     36 + labels.max(24)
-}
-
-/// Returns the corner of the frame in which a legend of this size is farthest from the curves; none
-/// if it would cover one.
-fn free_corner(
-    curves: &[Styled<'_>],
-    scales: [&AxisScale; 2],
-    frame: PixelRectangle,
-    (wide, high): (i32, i32),
-) -> Option<(i32, i32)> {
-    let covered: Vec<_> = curves
-        .iter()
-        .map(|styled| (styled.curve.look, places(styled.curve, scales, frame)))
-        .collect();
-    let [left, top, right, bottom] = frame;
-    let (far, low) = (right - wide - 2, bottom - high - 2);
-    let corners = [
-        (far, top + 2),
-        (left + 2, top + 2),
-        (far, low),
-        (left + 2, low),
-    ];
-    let distance = |(x, y): (i32, i32)| {
-        let legend = [x, y, x + wide, y + high];
-        covered
-            .iter()
-            .map(|(look, parts)| distance(legend, *look, parts))
-            .min()
-            .unwrap_or(i32::MAX)
-    };
-    // The first of several equal ones.
-    let best = corners
-        .into_iter()
-        .rev()
-        .max_by_key(|&corner| distance(corner))?;
-    (wide <= right - left && distance(best) > fine(6)).then_some(best)
 }
 
 /// Draws grid, frame, ticks and names.
@@ -704,32 +565,6 @@ mod tests {
             .into_iter()
             .fold(f64::INFINITY, f64::min);
         assert!(least >= 0.0, "{least}");
-    }
-
-    #[test]
-    fn a_legend_covers_no_point() {
-        let rising = vec![Curve::new(
-            "a name",
-            Look::Line,
-            vec![(0.0, 0.0), (0.6, 0.1), (1.0, 1.0)],
-        )];
-        let scale = AxisScale::new(Axis::linear(""), [0.0, 1.0].into_iter());
-        let frame = [0, 0, 600, 300];
-        let corner = free_corner(&styled(&rising), [&scale, &scale], frame, (100, 50));
-        assert_eq!(corner, Some((2, 2)), "top left");
-        let crossing = vec![
-            (0.0, 0.0),
-            (1.0, 1.0),
-            (f64::NAN, 0.0),
-            (0.0, 1.0),
-            (1.0, 0.0),
-        ];
-        let crossing = vec![Curve::new("a name", Look::Line, crossing)];
-        assert_eq!(
-            free_corner(&styled(&crossing), [&scale, &scale], frame, (100, 50)),
-            None
-        );
-        assert!(svg(&diagram(false, crossing)).contains("a name"));
     }
 
     #[test]

@@ -2,16 +2,16 @@
 //!
 //! The colours are those of viridis. Their brightness rises evenly, so a map can be read in grey.
 
+use super::cell_number::{CellNumber, NUMBER, NUMBER_MARGIN, number};
+use super::contour::{contour, joined, on_to_the_frame, sampled};
 use super::diagram::PixelRectangle;
 use super::format::Format;
 use super::heading::Heading;
 use super::scale::{Axis, AxisScale, coordinate};
 use super::{
-    Canvas, CanvasPoint, Color, FAINT, INK, VERMILION, WHITE, axis, fine, stroke, text, typeset,
-    viridis, width,
+    Canvas, CanvasPoint, Color, FAINT, INK, VERMILION, WHITE, axis, fine, stroke, text, viridis,
+    width,
 };
-use bristle_study::text::number::{significant, spanning};
-use std::collections::BTreeMap;
 
 /// Width of a figure and height of its cells in pixels, and the minimum height on paper.
 const SIZE: (i32, i32) = (680, 340);
@@ -23,11 +23,6 @@ const RIGHT: i32 = 100;
 const BAR: (i32, i32) = (20, 14);
 /// Number of colours in the bar.
 const SHADES: u32 = 100;
-/// Font size of the numbers in cells, and the margin around them.
-const NUMBER: i32 = 10;
-const NUMBER_MARGIN: (i32, i32) = (4, 5);
-/// Maximum extension of a line to the frame, over half the largest outermost cell.
-const MAX_EXTENSION: i32 = 2;
 /// Fill of a cell without a value, and distance between its hatching lines.
 const EMPTY: Color = Color(240, 241, 243);
 const HATCH: i32 = 6;
@@ -94,34 +89,6 @@ impl CellAxis {
     }
 }
 
-/// Returns the point where a line, extended beyond its end, meets the frame. None unless the line
-/// ends on a side of the rectangle of the outermost middles, going outwards. None also if the
-/// extension would go along the frame.
-fn on_to_the_frame(
-    [before, end]: [CanvasPoint; 2],
-    [left, top, right, bottom]: [i32; 4],
-    frame: PixelRectangle,
-) -> Option<CanvasPoint> {
-    let (across, down) = (end.0 - before.0, end.1 - before.1);
-    let [low_x, low_y, high_x, high_y] = frame.map(fine);
-    let is_outwards = (end.0 == left && across < 0)
-        || (end.0 == right && across > 0)
-        || (end.1 == top && down < 0)
-        || (end.1 == bottom && down > 0);
-    // Number of lengths of the last piece between the end and a side that it approaches.
-    let part = |from: i32, rate: i32, [low, high]: [i32; 2]| match rate.signum() {
-        0 => f64::INFINITY,
-        sign => f64::from(if sign < 0 { low - from } else { high - from }) / f64::from(rate),
-    };
-    let part = part(end.0, across, [low_x, high_x]).min(part(end.1, down, [low_y, high_y]));
-    let [more_x, more_y] = [across, down].map(|rate| (part * f64::from(rate)).round() as i32);
-    let is_near =
-        |more: i32, beyond: [i32; 2]| more.abs() <= MAX_EXTENSION * beyond[0].max(beyond[1]);
-    let is_short = is_near(more_x, [left - low_x, high_x - right])
-        && is_near(more_y, [top - low_y, high_y - bottom]);
-    (is_outwards && is_short).then_some((end.0 + more_x, end.1 + more_y))
-}
-
 /// Returns a function from the values of a side to coordinates between two pixels.
 fn placing(borders: &[f64], low: i32, high: i32) -> impl Fn(f64) -> i32 {
     let (first, last) = (borders[0], borders[borders.len() - 1]);
@@ -159,123 +126,10 @@ fn ticks(
 /// Side of the mark in the corner of a cell, in pixels.
 const MARK: i32 = 9;
 
-/// Returns the number in a cell. On a logarithmic scale, a number with a power of ten has one digit
-/// before it, so that it fits.
-fn number(value: f64, colours: &Axis) -> String {
-    let number = if colours.logarithmic {
-        spanning(value)
-    } else {
-        significant(value)
-    };
-    typeset(&if colours.logarithmic && number.contains('e') {
-        format!("{value:.0e}")
-    } else {
-        number
-    })
-}
-
 /// Returns the part of the colours that lies below a value. A value that the axis cannot show is at
 /// an end.
 fn part(scale: &AxisScale, value: f64) -> f64 {
     coordinate(&scale.axis, value).map_or(if value > 0.0 { 1.0 } else { 0.0 }, |at| scale.part(at))
-}
-
-/// The number in a cell on the canvas.
-struct Number {
-    text: String,
-    /// The part of the colours that lies below its value.
-    part: f64,
-    middle: CanvasPoint,
-    /// Half its width and height, and half those of its cell.
-    half: CanvasPoint,
-    cell: CanvasPoint,
-}
-
-impl Number {
-    /// Moves the number away from the points of a line, within its cell, where there is room.
-    fn avoid(&mut self, line: &[CanvasPoint]) {
-        let (wide, high) = (
-            self.cell.0 - self.half.0 - fine(2),
-            self.cell.1 - self.half.1 - fine(2),
-        );
-        let (x, y) = self.middle;
-        let near: Vec<CanvasPoint> = line
-            .iter()
-            .copied()
-            .filter(|point| {
-                (point.0 - x).abs() <= self.cell.0 && (point.1 - y).abs() <= self.cell.1
-            })
-            .collect();
-        let free = |&(across, down): &CanvasPoint| {
-            let gap = |&(at_x, at_y): &CanvasPoint| {
-                ((at_x - across).abs() - self.half.0).max((at_y - down).abs() - self.half.1)
-            };
-            near.iter()
-                .map(gap)
-                .min()
-                .unwrap_or(i32::MAX)
-                .min(fine(NUMBER_MARGIN.0))
-        };
-        let moves = [
-            (0, 0),
-            (0, -1),
-            (0, 1),
-            (-1, 0),
-            (1, 0),
-            (-1, -1),
-            (1, 1),
-            (-1, 1),
-            (1, -1),
-        ];
-        let places = moves.map(|(across, down)| (x + across * wide, y + down * high));
-        // The first of several equal ones.
-        self.middle = places
-            .into_iter()
-            .rev()
-            .max_by_key(free)
-            .unwrap_or(self.middle);
-    }
-}
-
-/// Returns points of a line that are at most a pixel apart.
-fn sampled(line: &[CanvasPoint]) -> impl Iterator<Item = CanvasPoint> {
-    line.windows(2).flat_map(|ends| {
-        let [(x, y), (to_x, to_y)] = [ends[0], ends[1]];
-        let steps = ((to_x - x).abs().max((to_y - y).abs()) / fine(1)).max(1);
-        (0..=steps).map(move |step| (x + (to_x - x) * step / steps, y + (to_y - y) * step / steps))
-    })
-}
-
-/// Joins pieces with common ends to lines.
-fn joined(pieces: &[[CanvasPoint; 2]]) -> Vec<Vec<CanvasPoint>> {
-    let mut at: BTreeMap<CanvasPoint, Vec<usize>> = BTreeMap::new();
-    for (index, piece) in pieces.iter().enumerate() {
-        piece
-            .iter()
-            .for_each(|end| at.entry(*end).or_default().push(index));
-    }
-    let mut is_used = vec![false; pieces.len()];
-    let mut lines = Vec::new();
-    for index in 0..pieces.len() {
-        if std::mem::replace(&mut is_used[index], true) {
-            continue;
-        }
-        let mut line = pieces[index].to_vec();
-        // First beyond its end, then beyond its start.
-        for _ in 0..2 {
-            while let Some(&next) = line
-                .last()
-                .and_then(|end| at[end].iter().find(|next| !is_used[**next]))
-            {
-                is_used[next] = true;
-                let [from, to] = pieces[next];
-                line.push(if line.last() == Some(&from) { to } else { from });
-            }
-            line.reverse();
-        }
-        lines.push(line);
-    }
-    lines
 }
 
 /// Value of a cell, and its upper left and lower right corner on the canvas.
@@ -411,7 +265,7 @@ impl Map {
     }
 
     /// Returns the numbers of all cells if all of them fit, otherwise none.
-    fn numbers(&self, format: &Format, scale: &AxisScale, cells: &[MapCell]) -> Vec<Number> {
+    fn numbers(&self, format: &Format, scale: &AxisScale, cells: &[MapCell]) -> Vec<CellNumber> {
         let size = format.font_size(NUMBER);
         let (mut numbers, mut largest) = (Vec::new(), 0.0_f64);
         for &(value, [(left, top), (right, bottom)]) in cells {
@@ -425,7 +279,7 @@ impl Map {
             }
             let middle = ((left + right) / 2, (top + bottom) / 2);
             let cell = ((right - left) / 2, (bottom - top) / 2);
-            numbers.push(Number {
+            numbers.push(CellNumber {
                 text,
                 part: part(scale, value),
                 middle,
@@ -567,63 +421,6 @@ fn hatch(canvas: &mut Canvas, corners: [(i32, i32); 2]) {
     }
 }
 
-/// Returns the pieces of the contour line at this level of a quantity given row by row, linear
-/// between neighbours.
-///
-/// Four neighbours with an unknown value have no piece between them.
-pub fn contour([xs, ys]: [&[f64]; 2], values: &[Option<f64>], level: f64) -> Vec<[(f64, f64); 2]> {
-    let mut pieces = Vec::new();
-    for (row, y) in ys.windows(2).enumerate() {
-        for (column, x) in xs.windows(2).enumerate() {
-            let at =
-                |column: usize, row: usize| values.get(row * xs.len() + column).copied().flatten();
-            let around = [
-                at(column, row),
-                at(column + 1, row),
-                at(column + 1, row + 1),
-                at(column, row + 1),
-            ];
-            let [Some(a), Some(b), Some(c), Some(d)] = around else {
-                continue;
-            };
-            let corners = [
-                (x[0], y[0], a),
-                (x[1], y[0], b),
-                (x[1], y[1], c),
-                (x[0], y[1], d),
-            ];
-            let crossing = |from: usize| {
-                // A fixed order, so that neighbours have the same point.
-                let (a, b) = (corners[from], corners[(from + 1) % 4]);
-                let ((x0, y0, v0), (x1, y1, v1)) = if (a.0, a.1) <= (b.0, b.1) {
-                    (a, b)
-                } else {
-                    (b, a)
-                };
-                let part = (level - v0) / (v1 - v0);
-                ((v0 < level) != (v1 < level))
-                    .then_some((x0 + part * (x1 - x0), y0 + part * (y1 - y0)))
-            };
-            let crossings: Vec<(f64, f64)> = (0..4).filter_map(crossing).collect();
-            match crossings[..] {
-                [from, to] => pieces.push([from, to]),
-                [below, right, above, left] => {
-                    // A saddle: the value in the middle decides which corners belong together.
-                    let joined = ((a + b + c + d) / 4.0 < level) == (a < level);
-                    let pairs = if joined {
-                        [[below, right], [above, left]]
-                    } else {
-                        [[below, left], [right, above]]
-                    };
-                    pieces.extend(pairs);
-                }
-                _ => {}
-            }
-        }
-    }
-    pieces
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -668,48 +465,6 @@ mod tests {
     fn borders_lie_between_values() {
         assert_eq!(side(&[1.0, 2.0, 4.0]).borders(), [0.5, 1.5, 3.0, 5.0]);
         assert_eq!(side(&[3.0]).borders(), [1.5, 4.5]);
-    }
-
-    #[test]
-    fn the_line_of_a_level_is_interpolated() {
-        let [xs, ys] = [[0.0, 1.0, 3.0], [0.0, 2.0, 3.0]];
-        let plane: Vec<_> = ys.iter().flat_map(|y| xs.map(|x| Some(x + y))).collect();
-        let pieces = contour([&xs, &ys], &plane, 1.5);
-        assert!(!pieces.is_empty());
-        for (x, y) in pieces.into_iter().flatten() {
-            assert!((x + y - 1.5_f64).abs() < 1e-12, "{x} {y}");
-        }
-        let saddle = [1.0, 0.0, 0.0, 1.0].map(Some);
-        assert_eq!(contour([&xs[..2], &ys[..2]], &saddle, 0.5).len(), 2);
-        let gap = [Some(1.0), None, Some(0.0), Some(1.0)];
-        assert!(contour([&xs[..2], &ys[..2]], &gap, 0.5).is_empty());
-    }
-
-    #[test]
-    fn numbers_move_off_the_line() {
-        let number = || Number {
-            text: "1".to_owned(),
-            part: 0.5,
-            middle: (0, 0),
-            half: (fine(5), fine(4)),
-            cell: (fine(20), fine(14)),
-        };
-        let moved = |line: &[CanvasPoint]| {
-            let mut number = number();
-            number.avoid(&sampled(line).collect::<Vec<_>>());
-            number.middle
-        };
-        assert_eq!(moved(&[]), (0, 0));
-        assert_eq!(
-            moved(&[(-fine(20), fine(9)), (fine(20), fine(9))]),
-            (0, 0),
-            "a line beside it"
-        );
-        assert_eq!(moved(&[(-fine(20), 0), (fine(20), 0)]), (0, -fine(8)));
-        assert_eq!(
-            moved(&[(-fine(20), fine(14)), (fine(20), -fine(14))]),
-            (-fine(13), -fine(8))
-        );
     }
 
     #[test]

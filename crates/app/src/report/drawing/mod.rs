@@ -5,12 +5,15 @@
 //! both.
 
 mod canvas;
+mod cell_number;
 pub(crate) mod clip;
 mod color;
+mod contour;
 pub(crate) mod diagram;
 mod font;
 pub mod format;
 pub(crate) mod heading;
+mod legend;
 pub(crate) mod map;
 mod pdf;
 pub(crate) mod pens;

@@ -9,6 +9,7 @@ mod contact;
 mod convergence;
 mod force;
 mod metric;
+mod panes;
 mod picture;
 mod preferred;
 mod profile;
@@ -17,6 +18,7 @@ mod slice_view;
 mod study;
 #[cfg(test)]
 mod tests;
+mod worked;
 
 pub use brush::{Brush, brush_figures, is_of_brush};
 pub use calibration::{calibration_figures, is_of_calibration};

@@ -1,6 +1,8 @@
 //! Figures of the work of a contact along the workpiece.
 
+use super::panes::{posed_panes, upright_panes};
 use super::picture::{Picture, contact_title, with_brush};
+use super::worked::{Worked, ends, stretch, worked_edges};
 use crate::report::drawing::clip::{clip_line, clip_polygon};
 use crate::report::drawing::diagram::{PixelRectangle, draw_axes, left_of};
 use crate::report::drawing::format::Format;
@@ -10,11 +12,10 @@ use crate::report::drawing::scale::{Axis, AxisScale};
 use crate::report::drawing::{
     BLUE, Canvas, CanvasPoint, Color, FAINT, GREY, INK, Pen, VERMILION, fine, stroke, text,
 };
-use crate::report::view::{View, is_upright, moved, sampled_pass};
+use crate::report::view::is_upright;
 use bristle::model::settings::Settings;
-use bristle::simulation::{Pass, ProfileCell, Shape};
+use bristle::simulation::{ProfileCell, Shape};
 use bristle::tool::places;
-use bristle::workpiece::Workpiece;
 use bristle_study::text::number::{short, significant};
 
 /// Names of the figures: the profile unrolled, and the filament on the workpiece.
@@ -43,12 +44,6 @@ const MARGIN: f64 = 0.06;
 const THICKNESS: f64 = 14.0;
 const LONGEST_BAR: f64 = 46.0;
 
-/// Largest error of the drawn outline, as a share of the shown part: arcs of edges are round on
-/// every scale.
-const OUTLINE_ERROR: f64 = 1e-4;
-/// The name of the part around edges.
-const AT_THE_EDGE: &str = "at the edge";
-
 /// The material of a workpiece, and the background of edges.
 const MATERIAL: Color = Color(222, 218, 208);
 const EDGE: Color = Color(236, 238, 241);
@@ -75,50 +70,9 @@ pub fn drawn_shapes(shapes: &[Shape], from: f64) -> Vec<Shape> {
         .collect()
 }
 
-/// Returns the stretch of arc lengths that figures show: the cells with work, and edges with work
-/// or next to it. `None` without work.
-fn stretch(profile: &[ProfileCell]) -> Option<[f64; 2]> {
-    let worked = hull(
-        profile
-            .iter()
-            .filter(|cell| cell.normal_impulse_n_s_m > 0.0),
-    )?;
-    let near = (worked[1] - worked[0]) / 4.0;
-    let edges = profile.iter().filter(|cell| {
-        cell.on_edge && cell.arc_length_m > worked[0] - near && cell.arc_length_m < worked[1] + near
-    });
-    Some(hull(edges).map_or(worked, |edges| {
-        [worked[0].min(edges[0]), worked[1].max(edges[1])]
-    }))
-}
-
-/// Returns the arc lengths from the start of the first cell to the end of the last.
-fn hull<'a>(cells: impl Iterator<Item = &'a ProfileCell>) -> Option<[f64; 2]> {
-    cells
-        .map(ends)
-        .reduce(|[start, end], [from, to]| [start.min(from), end.max(to)])
-}
-
-/// Returns the arc lengths at the ends of a cell.
-fn ends(cell: &ProfileCell) -> [f64; 2] {
-    [-0.5, 0.5].map(|part| cell.arc_length_m + part * cell.length_m)
-}
-
 /// Returns a stretch with a margin at its ends.
 fn widened([start, end]: [f64; 2], margin: f64) -> [f64; 2] {
     [start - margin * (end - start), end + margin * (end - start)]
-}
-
-/// Returns the edges within a stretch that have work.
-fn worked_edges(profile: &[ProfileCell], [start, end]: [f64; 2]) -> Option<[f64; 2]> {
-    let within = |cell: &&ProfileCell| {
-        cell.on_edge && cell.arc_length_m >= start && cell.arc_length_m <= end
-    };
-    let edges = || profile.iter().filter(within);
-    edges()
-        .any(|cell| cell.normal_impulse_n_s_m > 0.0)
-        .then(|| hull(edges()))
-        .flatten()
 }
 
 /// A quantity of the cells, as a figure shows it.
@@ -301,20 +255,6 @@ fn solid(color: Color, tenths: i32) -> Pen {
     }
 }
 
-/// Returns the box around points, with a margin as a share of its larger side. `None` without
-/// points.
-fn around(points: impl Iterator<Item = [f64; 2]>, margin: f64) -> Option<[[f64; 2]; 2]> {
-    let boxes = points.map(|point| [point; 2]);
-    let [low, high] = boxes.reduce(|[low, high], [point, _]| {
-        [
-            [0, 1].map(|k| f64::min(low[k], point[k])),
-            [0, 1].map(|k| f64::max(high[k], point[k])),
-        ]
-    })?;
-    let margin = margin * (high[0] - low[0]).max(high[1] - low[1]);
-    Some([low.map(|low| low - margin), high.map(|high| high + margin)])
-}
-
 /// Draws a bar of a round length, about a sixth of the frame's width, below the frame.
 fn scale_bar(canvas: &mut Canvas, view: &PlaneView) {
     let [_, _, right, bottom] = view.frame;
@@ -350,187 +290,6 @@ fn raised([[x, y], [x_end, y_end]]: [[f64; 2]; 2], length: f64) -> [[f64; 2]; 4]
         [x_end + u, y_end + v],
         [x + u, y + v],
     ]
-}
-
-/// A part of a contact in true scale, in the coordinates of the view (m).
-struct Pane {
-    /// Heading of the part; empty without one.
-    name: &'static str,
-    /// Opposite corners of the shown part.
-    corners: [[f64; 2]; 2],
-    surface: Vec<[f64; 2]>,
-    /// `true` if the surface goes round the material.
-    is_filled: bool,
-    /// The ends of the cells of the profile; `None` where they coincide in this view.
-    cells: Vec<Option<[[f64; 2]; 2]>>,
-    /// Outlines of the tool's body, and of its trim.
-    body: Vec<Vec<[f64; 2]>>,
-    trim: Vec<Vec<[f64; 2]>>,
-    filaments: Vec<Vec<[f64; 2]>>,
-}
-
-/// The arc lengths of the worked part of a profile, and of its worked edges.
-struct Worked {
-    whole: [f64; 2],
-    edges: Option<[f64; 2]>,
-}
-
-impl Worked {
-    fn of(profile: &[ProfileCell]) -> Option<Self> {
-        let whole = stretch(profile)?;
-        Some(Self {
-            whole,
-            edges: worked_edges(profile, whole),
-        })
-    }
-
-    /// Returns the places of the cells in the worked part.
-    fn places<'a>(&self, profile: &'a [ProfileCell]) -> impl Iterator<Item = [f64; 2]> + 'a {
-        let [from, to] = self.whole;
-        let worked = profile
-            .iter()
-            .filter(move |cell| cell.arc_length_m > from && cell.arc_length_m < to);
-        worked.map(|cell| [cell.x_m, cell.y_m])
-    }
-
-    /// Returns the places of the cells on the worked edges, if there are any.
-    fn places_of_edges<'a>(
-        &self,
-        profile: &'a [ProfileCell],
-    ) -> Option<impl Iterator<Item = [f64; 2]> + 'a> {
-        let [from, to] = self.edges?;
-        let on_edges = profile
-            .iter()
-            .filter(move |cell| cell.on_edge && cell.arc_length_m > from && cell.arc_length_m < to);
-        Some(on_edges.map(|cell| [cell.x_m, cell.y_m]))
-    }
-}
-
-/// Margin around edges, and around the whole, as a share of the size.
-const AROUND_EDGES: f64 = 0.8;
-const AROUND_ALL: f64 = 0.04;
-
-/// Returns the view along the axis of an upright tool, and another of edges.
-fn upright_panes(
-    settings: &Settings,
-    profile: &[ProfileCell],
-    worked: &Worked,
-    shapes: &[Shape],
-) -> Option<Vec<Pane>> {
-    let pass = Pass::new(settings);
-    // As far as the picture may go.
-    let outline = pass.outline(1.5 * settings.tool_radius_m())?;
-    // As they are seen from the workpiece, which may move.
-    let [x_rate, y_rate, _] = pass.workpiece().surface([0.0; 3], 0.0).velocity;
-    let seen = |shape: &Shape| {
-        let time = shape.time_s;
-        shape
-            .nodes_m
-            .iter()
-            .map(|&[x, y, _]| [x - time * x_rate, y - time * y_rate])
-            .collect::<Vec<_>>()
-    };
-    let filaments: Vec<Vec<[f64; 2]>> = shapes.iter().map(seen).collect();
-    let body = (0..=720).map(|k| {
-        let (sin, cos) = (f64::from(k) / 2.0).to_radians().sin_cos();
-        [cos, sin].map(|part| part * settings.tool.body_radius_m)
-    });
-    let body = body.collect::<Vec<_>>();
-    let cells: Vec<_> = pass
-        .profile()?
-        .cells
-        .iter()
-        .map(|cell| Some(cell.ends))
-        .collect();
-    let pane = |name, corners: [[f64; 2]; 2]| Pane {
-        name,
-        corners,
-        surface: outline.simplified(OUTLINE_ERROR * (corners[1][0] - corners[0][0])),
-        is_filled: outline.is_solid(),
-        cells: cells.clone(),
-        body: vec![body.clone()],
-        trim: Vec::new(),
-        filaments: filaments.clone(),
-    };
-    let mut panes = vec![pane(
-        "",
-        around(
-            worked
-                .places(profile)
-                .chain(filaments.iter().flatten().copied()),
-            AROUND_ALL,
-        )?,
-    )];
-    if let Some(places) = worked.places_of_edges(profile) {
-        panes.push(pane(AT_THE_EDGE, around(places, AROUND_EDGES)?));
-    }
-    Some(panes)
-}
-
-/// Returns the views of another tool along its axis and from the side, and another of edges.
-fn posed_panes(
-    settings: &Settings,
-    profile: &[ProfileCell],
-    worked: &Worked,
-    shapes: &[Shape],
-) -> Option<Vec<Pane>> {
-    let pass = sampled_pass(settings);
-    let cells = pass.profile()?.cells;
-    let mut edge = None;
-    let mut panes = Vec::new();
-    for view in View::all(settings, &pass) {
-        // As they are seen from the workpiece, which may move.
-        let seen = |shape: &Shape| {
-            let [x, y] = view.shift(moved(&pass, shape.time_s));
-            let node = |node: &[f64; 3]| {
-                let [along, above] = view.place(*node);
-                [along - x, above - y]
-            };
-            shape.nodes_m.iter().map(node).collect::<Vec<_>>()
-        };
-        let filaments: Vec<Vec<[f64; 2]>> = shapes.iter().map(seen).collect();
-        let end = |end: [f64; 2]| view.on_profile(end);
-        let places = worked.places(profile).filter_map(end);
-        let corners = around(
-            places
-                .chain(filaments.iter().flatten().copied())
-                .chain(view.nearest.iter().copied()),
-            AROUND_ALL,
-        )?;
-        let edges = worked
-            .places_of_edges(profile)
-            .and_then(|places| around(places.filter_map(end), AROUND_EDGES));
-        let seen: Vec<_> = cells
-            .iter()
-            .map(|cell| Some([end(cell.ends[0])?, end(cell.ends[1])?]))
-            .collect();
-        let pane = |name, corners| Pane {
-            name,
-            corners,
-            surface: view.surface.points.clone(),
-            is_filled: view.surface.is_filled,
-            cells: seen.clone(),
-            body: view.body.clone(),
-            trim: view.trim.clone(),
-            filaments: filaments.clone(),
-        };
-        panes.push(pane(view.name, corners));
-        edge = edge.or(edges.map(|corners| {
-            let pane = pane(AT_THE_EDGE, corners);
-            // As round as the cells, on which the bars stand.
-            let arc = seen.iter().flatten().flatten().copied().collect();
-            if pane.is_filled {
-                pane
-            } else {
-                Pane {
-                    surface: arc,
-                    ..pane
-                }
-            }
-        }));
-    }
-    panes.extend(edge);
-    Some(panes)
 }
 
 /// Draws the filament at some times on the profile in true scale, with the work as bars across the

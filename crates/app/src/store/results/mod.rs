@@ -6,6 +6,7 @@
 //! the files.
 
 mod brush;
+mod runs;
 mod saved;
 mod tables;
 
@@ -13,14 +14,15 @@ pub use brush::{
     MOMENT, PAIR, PLACE, REST, read_brush_history, read_contacts, read_filaments, read_interaction,
     write_brush_history, write_brush_metrics, write_contacts, write_filaments,
 };
+pub use runs::{FIXED_COLUMNS, read_runs, run_columns, run_rows, write_runs};
 pub use saved::{
     BuildOrigin, FileHashes, SavedCase, SavedStudy, case_text, read_case, read_study, study_text,
     study_text_from,
 };
 pub use tables::{
-    FIXED_COLUMNS, TableCell, absent_from, cells, keys, read_history, read_profile, read_runs,
-    read_shapes, read_turn_impulses, run_columns, run_rows, write_edge_work, write_history,
-    write_metrics, write_positions, write_profile, write_removal_rows, write_runs, write_shapes,
+    TableCell, absent_from, cells, keys, read_history, read_profile, read_shapes,
+    read_turn_impulses, write_edge_work, write_history, write_metrics, write_positions,
+    write_profile, write_removal_rows, write_shapes,
 };
 
 #[cfg(test)]
