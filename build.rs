@@ -26,7 +26,20 @@ const SCRIPT: &str = "derivations/segment_chain.py";
 /// Python packages that [`SCRIPT`] needs.
 const REQUIREMENTS: &str = "derivations/requirements.txt";
 /// Files on which its graph depends, except Python itself.
-const SOURCES: [&str; 3] = [SCRIPT, "derivations/graph_format.py", REQUIREMENTS];
+const SOURCES: [&str; 12] = [
+    SCRIPT,
+    "derivations/casadi_chain/__init__.py",
+    "derivations/casadi_chain/energies.py",
+    "derivations/casadi_chain/export.py",
+    "derivations/casadi_chain/expressions.py",
+    "derivations/casadi_chain/joints.py",
+    "derivations/casadi_chain/lateral.py",
+    "derivations/casadi_chain/operators.py",
+    "derivations/casadi_chain/segments.py",
+    "derivations/casadi_chain/whole.py",
+    "derivations/graph_format.py",
+    REQUIREMENTS,
+];
 
 fn main() -> ExitCode {
     match generate() {

@@ -16,15 +16,17 @@ from paper_case import SEGMENTS
 # isort: split
 # From derivations, which paper_case puts on the path.
 import cases
-import segment_chain
+from casadi_chain.energies import direction_about_z
+from casadi_chain.expressions import Motion
+from casadi_chain.whole import whole_equations
 from motion import INTEGRAL_UNIT, RATE_UNIT_RAD_S
-from passes import Clamp, chain
+from filaments import Clamp, chain
 
 RATE_UNIT, IMPULSE_UNIT = RATE_UNIT_RAD_S, INTEGRAL_UNIT
 
 
 class Planar:
-    """The planar chain of derivations/passes.py: one azimuth a segment."""
+    """The planar chain of derivations/filaments.py: one azimuth a segment."""
 
     name = "planar"
     coordinates = SEGMENTS
@@ -112,7 +114,7 @@ class Planar:
 
 
 class Spatial:
-    """The spatial chain of derivations/segment_chain.py: φ, θ of each segment."""
+    """The spatial chain of derivations/casadi_chain: φ, θ of each segment."""
 
     name = "spatial"
     coordinates = 2 * SEGMENTS
@@ -128,7 +130,7 @@ class Spatial:
         height = cases.BODY_RADIUS_M * casadi.sin(body_angle)
         gaps = []
         for k in range(SEGMENTS):
-            direction = segment_chain.direction_about_z(q[2 * k], q[2 * k + 1])
+            direction = direction_about_z(q[2 * k], q[2 * k + 1])
             height += cases.LENGTH_M / SEGMENTS * direction[1]
             gaps.append(height + cases.TOOL_RADIUS_M - depth)
         penetrations = casadi.fmax(0, -casadi.vertcat(*gaps))
@@ -167,10 +169,10 @@ class Spatial:
 
 
 class ChainExpressions:
-    """M, f and M q̈ − f of segment_chain.py for the round tool's clamp and the paper's filament."""
+    """M, f and M q̈ − f of casadi_chain for the round tool's clamp and the paper's filament."""
 
     def __init__(self, angle: casadi.SX, rate: casadi.SX) -> None:
-        derived = segment_chain.whole_equations(SEGMENTS, segment_chain.Motion.SPATIAL)
+        derived = whole_equations(SEGMENTS, Motion.SPATIAL)
         self._results = {
             result.name: result.value for function in derived for result in function.results
         }
@@ -192,7 +194,7 @@ class ChainExpressions:
             "joint_stiffness": casadi.DM(filament.stiffnesses_n_m),
             "joint_damping": casadi.DM(filament.dampings_n_m_s),
             "relaxed_angle": casadi.DM.zeros(SEGMENTS),
-            # ṙ_0 drops out of the equations, see segment_chain.py.
+            # ṙ_0 drops out of the equations, see casadi_chain.
             "root_velocity": casadi.SX.zeros(3),
         }
         self.q, self.v = self._arguments["q"], self._arguments["v"]

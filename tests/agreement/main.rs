@@ -1,7 +1,7 @@
 //! Permanent test of the results: pairs of simulations of random brushes, whose metrics must be
 //! equal.
 //!
-//! [`pairs`] lists variations that keep the metrics: a tighter tolerance, an earlier start, another
+//! [`kinds`] lists variations that keep the metrics: a tighter tolerance, an earlier start, another
 //! frame, another name for the same workpiece, a brush of one filament. [`draw`] draws the
 //! settings. [`judge`] states the allowed differences, with reasons.
 //!
@@ -17,6 +17,7 @@
 
 mod draw;
 mod judge;
+mod kinds;
 mod pairs;
 mod simulate;
 
@@ -27,7 +28,8 @@ use fastrand::Rng;
 use rayon::prelude::*;
 
 use judge::{Verdict, judge};
-use pairs::{KINDS, Pair, PairKind, Run};
+use kinds::{KINDS, PairKind};
+use pairs::{Pair, Run};
 use simulate::outcomes;
 
 /// Maximum number of pairs whose passes share vector units. Brushes are simulated one by one.

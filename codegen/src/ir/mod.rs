@@ -8,6 +8,7 @@ pub mod constant;
 pub mod graph;
 pub mod kernel;
 pub mod naming;
+mod node;
 pub mod notation;
 pub mod simplify;
 pub mod special;

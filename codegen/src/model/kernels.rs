@@ -31,10 +31,11 @@ use crate::model::chain::{
     self, ACCELERATION, ANGULAR_RATE, INERTIA, Motion, Segment, VELOCITY, vector_symbol,
 };
 use crate::model::elements::{
-    BLOCKS, Derivation, FreeSegment, InverseDynamics, Joint, MASS_LENGTH, RelaxedClamp, RigidRates,
-    TORQUE, azimuth_steps, clamp_inputs, rates, rates_in_body, side, sine_and_cosine, step_weights,
-    tangent_kernel, transpose, trigonometry, unbent_azimuth, vector_input,
+    Derivation, FreeSegment, InverseDynamics, MASS_LENGTH, RigidRates, TORQUE, azimuth_steps,
+    clamp_inputs, rates, rates_in_body, side, sine_and_cosine, step_weights, transpose,
+    trigonometry, unbent_azimuth, vector_input,
 };
+use crate::model::joint::{BLOCKS, Joint, RelaxedClamp, tangent_kernel};
 use crate::model::lateral;
 use crate::passes::calculus::{directional_derivative, gradient, jacobian};
 use crate::passes::normal_form::Style;

@@ -23,10 +23,10 @@ use crate::ir::unit::Unit;
 use crate::model::arguments::{COORDINATE, joint_constants, segment_constants, weights};
 use crate::model::chain::{ANGULAR_RATE, INERTIA, Motion, Segment, VELOCITY, in_plane};
 use crate::model::elements::{
-    BLOCKS, Derivation, FreeSegment, InverseDynamics, Joint, MASS_LENGTH, TORQUE, Tangent,
-    azimuth_steps, clamp_inputs, labelled, rates, rates_in_body, step_weights, tangent,
-    tangent_kernel, trigonometry, vector_input,
+    Derivation, FreeSegment, InverseDynamics, MASS_LENGTH, TORQUE, azimuth_steps, clamp_inputs,
+    labelled, rates, rates_in_body, step_weights, trigonometry, vector_input,
 };
+use crate::model::joint::{BLOCKS, Joint, Tangent, tangent, tangent_kernel};
 use crate::passes::calculus::directional_derivative;
 use crate::passes::normal_form::Style;
 use crate::passes::specialise::substitute;

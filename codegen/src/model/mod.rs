@@ -3,6 +3,7 @@
 mod arguments;
 pub mod chain;
 mod elements;
+mod joint;
 pub mod kernels;
 pub mod lagrange;
 pub mod lateral;

@@ -15,6 +15,7 @@ use bristle_codegen::back::source::Origin;
 use bristle_codegen::ir::kernel::{Kernel, Output};
 use bristle_codegen::model::chain::{Motion, RelaxedShape};
 
+mod breaks;
 mod latex;
 mod legend;
 mod page;

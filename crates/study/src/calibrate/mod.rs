@@ -8,12 +8,14 @@
 
 mod calibrated;
 mod edge;
+mod growth;
 mod model;
 mod next;
 mod parameters;
 mod problem;
 mod profile;
 mod record;
+mod refinement;
 mod search;
 mod simulator;
 mod statistics;
@@ -23,7 +25,6 @@ use std::ops::ControlFlow;
 
 use bristle::model::settings::Settings;
 use bristle::simulation::Sampling;
-use nalgebra::DVector;
 use parking_lot::Mutex;
 
 use crate::grid::check::{finer_brush, finer_pass};
@@ -32,12 +33,15 @@ use spec_math::cephes64::{chdtrc, stdtri};
 
 pub use calibrated::calibrated;
 pub use edge::Radii;
+pub use growth::{GrownEdge, SquareRoot};
+use growth::{by_square_root, grown};
 use model::Model;
 pub use next::{MeasurementLimits, Next};
 pub use parameters::{FitError, Fitted};
 pub use problem::{Forces, Observation, Problem, ToolPlace, forces_of};
+use refinement::{interacting, precise};
 pub use search::STARTS;
-use search::{Minimum, Search};
+use search::Search;
 pub use simulator::{CalibrationContext, Interrupted, Observer, SilentObserver};
 use simulator::{Precision, Simulator};
 pub use statistics::{Errors, Undetermined, undetermined};
@@ -68,31 +72,10 @@ const FINE: Precision = Precision {
     arrival: 1e-4,
     ..MIDDLE
 };
-/// Precision with interaction. Brushes keep their own tolerance, by default 1e-3 of the impulse.
-const OF_BRUSHES: Precision = Precision {
-    step: 0.05,
-    interacts: true,
-    arrival: 1e-2,
-    ..FINE
-};
-/// Largest number of rounds in which the effect of interaction follows the settings.
-const MAX_INTERACTION_ROUNDS: usize = 4;
-/// Change of a coordinate below which these rounds end.
-const SETTLED_CHANGE: f64 = 2e-3;
-/// Relative error of derivatives from which on a kink of a force is nearby, and the step of
-/// derivatives that look past kinks.
-const MIN_KINK_ERROR: f64 = 5e-3;
-const STEP_PAST_KINKS: f64 = 0.03;
-/// Distance of the minimum from the point of the derivatives, over the standard error, beyond which
-/// they are computed anew. The second number limits how often.
-const MAX_JACOBIAN_DISTANCE: f64 = 0.5;
-const MAX_JACOBIAN_ROUNDS: usize = 5;
 /// Probability below which residuals are more than noise, and slope of residuals over its standard
 /// error from which on they have a trend.
 const MIN_PROBABILITY: f64 = 0.01;
 const MIN_TREND: f64 = 3.0;
-/// Intervals between the reported times of the growth of an edge.
-const GROWTH_INTERVALS: usize = 100;
 /// Two-sided probability of an interval.
 const CONFIDENCE: f64 = 0.95;
 
@@ -134,34 +117,6 @@ pub struct Calibration {
     pub square_root: Option<SquareRoot>,
     /// Growth over time, for radii.
     pub growth: Vec<GrownEdge>,
-}
-
-/// Square root of time `R² = R_0² + c² t`, fitted to the same radii in place of the simulated
-/// growth.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SquareRoot {
-    /// `c` in m/√s.
-    pub c_m_per_sqrt_s: f64,
-    /// Sum of squared residuals over their standard deviations.
-    pub chi_squared: f64,
-    /// Radius in m by this law at each observation.
-    pub radii: Vec<f64>,
-    /// Slope of measured less these radii, in standard deviations over the logarithm of time,
-    /// divided by its standard error.
-    pub trend: f64,
-}
-
-/// An edge at one time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GrownEdge {
-    /// The time in s.
-    pub time_s: f64,
-    /// Radius in m by the fit.
-    pub radius_m: f64,
-    /// Standard error in m that the calibration leaves the radius.
-    pub error_m: f64,
-    /// Radius in m by the square root of time.
-    pub square_root_m: f64,
 }
 
 impl Calibration {
@@ -462,225 +417,4 @@ pub fn calibrate(
         growth,
         problem,
     }))
-}
-
-/// Fits the square root of time to the radii. Returns it with its problem and its values of the
-/// fitted settings.
-fn by_square_root(
-    problem: &Problem,
-    radii: &Radii,
-    means: CalibrationContext<'_>,
-) -> Result<Option<(SquareRoot, Problem, Vec<f64>)>, Interrupted> {
-    let problem = Problem {
-        radii: Some(radii.by_square_root()),
-        ..problem.clone()
-    };
-    let model = Model::new(Simulator::new(&problem, means));
-    let Some(best) = search::minima(&model, FINE)?.minima.into_iter().next() else {
-        return Ok(None);
-    };
-    let values = model.values(&best.x);
-    let residuals = -model.residuals(&best.forces);
-    let later: Vec<(f64, f64)> = radii
-        .turns
-        .iter()
-        .zip(&residuals)
-        .filter(|(turns, _)| **turns > 0.0)
-        .map(|(turns, own)| (turns.ln(), *own))
-        .collect();
-    let root = SquareRoot {
-        c_m_per_sqrt_s: problem
-            .radii
-            .as_ref()
-            .map_or(0.0, |radii| radii.speed_of_root(&problem.fitted, &values)),
-        chi_squared: best.squares,
-        radii: best.forces,
-        trend: trend(&later),
-    };
-    Ok(Some((root, problem, values)))
-}
-
-/// Returns the slope of points over its standard error, by least squares; zero for fewer than
-/// three.
-fn trend(points: &[(f64, f64)]) -> f64 {
-    let count = points.len() as f64;
-    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
-    let (x, y) = (mean(&|point| point.0), mean(&|point| point.1));
-    let (xx, xy) = (
-        mean(&|point| (point.0 - x).powi(2)),
-        mean(&|point| (point.0 - x) * (point.1 - y)),
-    );
-    let rest = mean(&|point| (point.1 - y - xy / xx * (point.0 - x)).powi(2));
-    if points.len() < 3 || rest == 0.0 {
-        0.0
-    } else {
-        xy / xx / (rest / (count - 2.0) / xx).sqrt()
-    }
-}
-
-/// Returns the growth from the start to the last radius, with its standard error.
-fn grown(
-    model: &Model<'_>,
-    radii: &Radii,
-    best: &Minimum,
-    errors: &Errors,
-    (_, rooted, values_of_root): &(SquareRoot, Problem, Vec<f64>),
-) -> Vec<GrownEdge> {
-    let fitted = &model.problem().fitted;
-    let last = radii.turns.last().copied().unwrap_or_default();
-    let turns: Vec<f64> = (0..=GROWTH_INTERVALS)
-        .map(|i| last * (i as f64 / GROWTH_INTERVALS as f64).powi(2))
-        .collect();
-    let here = radii.after(fitted, &model.values(&best.x), &turns);
-    let stencil = model.stencil(
-        &best.x,
-        Precision {
-            central: true,
-            ..FINE
-        },
-    );
-    let around: Vec<Vec<f64>> = stencil
-        .points
-        .iter()
-        .map(|x| radii.after(fitted, &model.values(x), &turns))
-        .collect();
-    let of_root = rooted.radii.as_ref().map_or_else(Vec::new, |radii| {
-        radii.after(fitted, values_of_root, &turns)
-    });
-    let covariance = errors.covariance();
-    let edge = |(i, turns): (usize, &f64)| {
-        let slopes = DVector::from_fn(fitted.len(), |column, _| {
-            stencil.derivative(column, here[i], |point| around[point][i])
-        });
-        GrownEdge {
-            time_s: turns * radii.second_per_turn,
-            radius_m: here[i],
-            error_m: (&covariance * &slopes).dot(&slopes).max(0.0).sqrt(),
-            square_root_m: of_root[i],
-        }
-    };
-    turns.iter().enumerate().map(edge).collect()
-}
-
-/// Refines the minimum of filaments alone, and returns it with its Jacobian and the error of this.
-/// Where the error shows that a contact begins or ends nearby, a lower minimum beyond takes its
-/// place, if there is one.
-fn precise(model: &Model<'_>, mut best: Minimum) -> Result<Option<(Minimum, f64)>, Interrupted> {
-    let mut found = None;
-    for _ in 0..MAX_JACOBIAN_ROUNDS {
-        let Some(at) = search::evaluated(model, vec![best.x], FINE)?
-            .pop()
-            .filter(|at| at.squares.is_finite())
-        else {
-            return Ok(found);
-        };
-        if found
-            .as_ref()
-            .is_some_and(|(lowest, _): &(Minimum, f64)| at.squares >= lowest.squares)
-        {
-            break;
-        }
-        let Some((end, error, moved)) = exact(model, at, FINE)? else {
-            break;
-        };
-        found = Some((end.clone(), error));
-        best = end;
-        if moved > MAX_JACOBIAN_DISTANCE {
-            continue;
-        }
-        if error < MIN_KINK_ERROR {
-            break;
-        }
-        let wide = model.jacobians(
-            &[(&best.x, &best.forces)],
-            Precision {
-                step: STEP_PAST_KINKS,
-                central: true,
-                ..MIDDLE
-            },
-        )?;
-        let Some(lower) = search::lower(model, &best, &wide[0], MIDDLE)? else {
-            break;
-        };
-        best = lower;
-    }
-    Ok(found)
-}
-
-/// Computes a precise Jacobian at a point near a minimum, and descends with it. Returns the
-/// minimum, the error of the Jacobian, and the distance over the standard error in its direction.
-/// `None` if points around this one cannot be simulated.
-fn exact(
-    model: &Model<'_>,
-    at: Minimum,
-    precision: Precision,
-) -> Result<Option<(Minimum, f64, f64)>, Interrupted> {
-    let (jacobian, error) = model.precise_jacobian(&at.x, &at.forces, precision)?;
-    if !jacobian.iter().all(|derivative| derivative.is_finite()) {
-        return Ok(None);
-    }
-    let end = search::descended(
-        model,
-        vec![Minimum {
-            jacobian,
-            ..at.clone()
-        }],
-        precision,
-    )?
-    .pop();
-    let end = end.expect("it begins where it can be simulated");
-    let step = DVector::from_iterator(
-        at.x.len(),
-        end.x.iter().zip(&at.x).map(|(end, at)| end - at),
-    );
-    let moved = (&end.jacobian * step).norm() / model.unit(end.squares).sqrt();
-    Ok(Some((end, error, moved)))
-}
-
-/// Finds the minimum with filaments that touch from that of filaments alone, with the Jacobian
-/// there and its error. Forces of filaments alone, times the effect of interaction at the last
-/// estimate, lead near it. Descents with interaction follow.
-fn interacting(model: &mut Model<'_>, mut minimum: Minimum) -> Result<(Minimum, f64), Interrupted> {
-    for _ in 0..MAX_INTERACTION_ROUNDS {
-        follow_interaction(model, &minimum.x)?;
-        let Some(next) = search::refined(model, vec![minimum.clone()], MIDDLE)?.pop() else {
-            break;
-        };
-        let moved = next
-            .x
-            .iter()
-            .zip(&minimum.x)
-            .map(|(a, b)| (a - b).abs())
-            .fold(0.0, f64::max);
-        minimum = next;
-        if moved < SETTLED_CHANGE {
-            break;
-        }
-    }
-    let near = search::refined(model, vec![minimum], OF_BRUSHES)?
-        .pop()
-        .ok_or_else(|| model.simulator.failure())?;
-    let (minimum, error, _) =
-        exact(model, near, OF_BRUSHES)?.ok_or_else(|| model.simulator.failure())?;
-    follow_interaction(model, &minimum.x)?;
-    Ok((minimum, error))
-}
-
-/// Updates the effect of interaction at `x`.
-fn follow_interaction(model: &mut Model<'_>, x: &[f64]) -> Result<(), Interrupted> {
-    model.factors.fill(1.0);
-    let points = [x.to_vec()];
-    let with = model.forces(&points, OF_BRUSHES)?;
-    if with[0].iter().any(|force| !force.is_finite()) {
-        return Err(model.simulator.failure());
-    }
-    let without = model.forces(&points, MIDDLE)?;
-    for ((factor, with), without) in model.factors.iter_mut().zip(&with[0]).zip(&without[0]) {
-        *factor = if *without != 0.0 && (with / without).is_finite() {
-            with / without
-        } else {
-            1.0
-        };
-    }
-    Ok(())
 }
