@@ -5,6 +5,7 @@
 use bristle::model::parameters::Parameter;
 use bristle_study::grid::{DEPTH, FORCE, OFFSET, SPEED, Setting, Study, Sweep, TOOL};
 use bristle_study::input::measured::{Quantity, Speed};
+use bristle_study::text::number::rounded;
 
 /// One of the two settings that vary.
 #[derive(Clone, Debug)]
@@ -126,7 +127,7 @@ const MAX_NUMBER_CHARS: usize = 20;
 /// Returns a number with four significant digits and without exponent, in SI units, for a file
 /// name: 0.0001 next to 0.001. Only a number that would be too long has an exponent.
 fn decimal(value: f64) -> String {
-    let rounded = format!("{value:.3e}").parse::<f64>().unwrap_or(value);
+    let rounded = rounded(value, 4);
     let text = rounded.to_string();
     if text.len() <= MAX_NUMBER_CHARS {
         text

@@ -6,7 +6,7 @@ use crate::insight::convergence::{Convergence, GOAL, Series, force, judged};
 use crate::insight::quantity::{CaseQuantity, Readable};
 use bristle_study::grid::CaseResult;
 use bristle_study::text::layout::{aligned, wrap};
-use bristle_study::text::number::short;
+use bristle_study::text::number::{rounded, short};
 
 /// Returns a table and a sentence per setting, and at the end the values to choose. Lines have at
 /// most `width` columns if cells allow it.
@@ -47,14 +47,7 @@ pub fn convergence_text(convergence: &Convergence, width: usize) -> String {
 
 /// Returns a share in per cent, with two digits.
 fn percent(part: f64) -> String {
-    format!(
-        "{} %",
-        short(
-            format!("{:.1e}", 100.0 * part)
-                .parse()
-                .unwrap_or(100.0 * part)
-        )
-    )
+    format!("{} %", short(rounded(100.0 * part, 2)))
 }
 
 /// Returns a value as text, with powers of ten in one form.

@@ -6,6 +6,10 @@ use toml_edit::{Array, DocumentMut, Item, Table, Value};
 
 use crate::calibrate::Calibration;
 use crate::calibrate::words::estimate;
+use crate::text::number::rounded;
+
+/// Significant digits of errors, correlations and misfit.
+const DIGITS: usize = 6;
 
 /// Section and key of the joint uncertainty of fitted settings.
 const UNCERTAINTY: &str = "uncertainty";
@@ -31,7 +35,7 @@ pub fn calibrated(
     }
     for (setting, fitted) in calibration.problem.fitted.iter().enumerate() {
         let (section, key) = (fitted.parameter.section(), fitted.parameter.key());
-        let mut value = number(rounded(
+        let mut value = number(rounded_by_error(
             calibration.values[setting],
             calibration.standard_error(setting),
         ));
@@ -78,12 +82,12 @@ fn joint(calibration: &Calibration) -> Table {
         .map(|fitted| fitted.parameter.path)
         .collect();
     let errors = (0..count)
-        .map(|setting| significant(calibration.standard_error(setting)))
+        .map(|setting| rounded(calibration.standard_error(setting), DIGITS))
         .collect();
     let row = |row: usize| {
         numbers(
             (0..count)
-                .map(|column| significant(calibration.errors.correlation(row, column)))
+                .map(|column| rounded(calibration.errors.correlation(row, column), DIGITS))
                 .collect(),
         )
     };
@@ -99,7 +103,7 @@ fn joint(calibration: &Calibration) -> Table {
     );
     table.insert(
         "misfit",
-        toml_edit::value(significant(calibration.misfit())),
+        toml_edit::value(rounded(calibration.misfit(), DIGITS)),
     );
     table
 }
@@ -113,20 +117,13 @@ fn number(value: f64) -> Value {
 }
 
 /// Rounds a value to as many digits as its error asks for, and two more.
-fn rounded(value: f64, error: f64) -> f64 {
+fn rounded_by_error(value: f64, error: f64) -> f64 {
     let digits = if error > 0.0 && value != 0.0 {
-        (value.abs() / error).log10().floor().max(0.0) + 3.0
+        (value.abs() / error).log10().floor().max(0.0) + 4.0
     } else {
-        15.0
+        16.0
     };
-    format!("{value:.*e}", digits.min(15.0) as usize)
-        .parse()
-        .unwrap_or(value)
-}
-
-/// Rounds a number to six digits.
-fn significant(value: f64) -> f64 {
-    format!("{value:.5e}").parse().unwrap_or(value)
+    rounded(value, digits.min(16.0) as usize)
 }
 
 /// Returns the table of a section, new if there is none.

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::calibrate::parameters::Fitted;
 use crate::calibrate::problem::Problem;
+use crate::text::number::percent;
 
 /// Relative standard error above which a value is not determined.
 const MAX_RELATIVE_ERROR: f64 = 0.5;
@@ -203,16 +204,6 @@ fn described(
         direction,
         product,
         statement,
-    }
-}
-
-/// Formats a relative error for people.
-pub(crate) fn percent(share: f64) -> String {
-    let percent = 100.0 * share;
-    if percent < 0.95 {
-        format!("{percent:.1} %")
-    } else {
-        format!("{percent:.0} %")
     }
 }
 

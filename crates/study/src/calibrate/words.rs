@@ -4,9 +4,8 @@ use crate::grid::DEPTH;
 use crate::grid::Setting;
 use crate::input::measured::Speed;
 use crate::text::layout::wrap;
-use crate::text::number::{short, significant};
+use crate::text::number::{percent, short, significant, with_error};
 
-use crate::calibrate::statistics::percent;
 use crate::calibrate::{Calibration, Next, SquareRoot};
 
 /// Probability below which more than noise makes the sum of squares as large.
@@ -151,39 +150,13 @@ fn values(calibration: &Calibration) -> String {
 #[must_use]
 pub fn estimate(calibration: &Calibration, setting: usize) -> String {
     let own = calibration.problem.fitted[setting].setting();
-    let value = rounded(
+    let value = with_error(
         calibration.values[setting] * own.factor(),
         calibration.standard_error(setting) * own.factor(),
     );
     format!("{} = {value} {}", own.symbol(), own.unit())
         .trim_end()
         .to_owned()
-}
-
-/// Formats a value and its error, which has one digit, or two if the first is a 1 or a 2.
-fn rounded(value: f64, error: f64) -> String {
-    if !(error.is_finite() && error > 0.0 && value.is_finite()) {
-        return short(value);
-    }
-    let exponent = error.log10().floor();
-    let digits = if error / 10_f64.powf(exponent) < 2.95 {
-        1.0
-    } else {
-        0.0
-    };
-    let decimals = digits - exponent;
-    if decimals > 8.0 && value != 0.0 {
-        let power = value.abs().log10().floor();
-        let unit = 10_f64.powf(power);
-        return format!("({})e{power}", rounded(value / unit, error / unit));
-    }
-    if !(0.0..=8.0).contains(&decimals) {
-        return format!("{} ± {}", short(value), short(error));
-    }
-    format!(
-        "{value:.*} ± {error:.*}",
-        decimals as usize, decimals as usize
-    )
 }
 
 /// Formats the largest correlation of two settings.

@@ -17,15 +17,19 @@ pub fn labels(values: impl Iterator<Item = f64>) -> Vec<String> {
     labels.into_iter().map(with_decimals).collect()
 }
 
+/// Rounds a number to so many significant digits.
+#[must_use]
+pub fn rounded(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
+}
+
 /// Formats a swept value with at most four significant digits.
 pub fn short(value: f64) -> String {
-    let scientific = format!("{value:.3e}");
-    match scientific.parse::<f64>() {
-        Ok(rounded) if (1e-3..1e5).contains(&rounded.abs()) || rounded == 0.0 => {
-            rounded.to_string()
-        }
-        Ok(rounded) => format!("{rounded:e}"),
-        Err(_) => scientific,
+    let rounded = rounded(value, 4);
+    if (1e-3..1e5).contains(&rounded.abs()) || rounded == 0.0 {
+        rounded.to_string()
+    } else {
+        format!("{rounded:e}")
     }
 }
 
@@ -62,6 +66,42 @@ pub fn uncertain(value: f64, uncertainty: f64) -> String {
     let digits =
         written_out(uncertainty, 2, -4..=5).unwrap_or_else(|| format!("{uncertainty:.1e}"));
     format!("{} ± {digits}", significant(value))
+}
+
+/// Formats a value and its error, which has one digit, or two if the first is a 1 or a 2.
+pub(crate) fn with_error(value: f64, error: f64) -> String {
+    if !(error.is_finite() && error > 0.0 && value.is_finite()) {
+        return short(value);
+    }
+    let exponent = error.log10().floor();
+    let digits = if error / 10_f64.powf(exponent) < 2.95 {
+        1.0
+    } else {
+        0.0
+    };
+    let decimals = digits - exponent;
+    if decimals > 8.0 && value != 0.0 {
+        let power = value.abs().log10().floor();
+        let unit = 10_f64.powf(power);
+        return format!("({})e{power}", with_error(value / unit, error / unit));
+    }
+    if !(0.0..=8.0).contains(&decimals) {
+        return format!("{} ± {}", short(value), short(error));
+    }
+    format!(
+        "{value:.*} ± {error:.*}",
+        decimals as usize, decimals as usize
+    )
+}
+
+/// Formats a relative error in per cent.
+pub(crate) fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    if percent < 0.95 {
+        format!("{percent:.1} %")
+    } else {
+        format!("{percent:.0} %")
+    }
 }
 
 /// Formats a number of a quantity that spans decades: three significant digits from 0.01 to 10⁴,

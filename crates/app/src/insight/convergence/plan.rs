@@ -4,6 +4,7 @@ use bristle::model::parameters::Parameter;
 use bristle::model::settings::{Settings, UncertaintySettings};
 use bristle_study::grid::uncertainty::check;
 use bristle_study::grid::{CaseResult, Study};
+use bristle_study::text::number::rounded;
 
 use super::series::Series;
 use super::{Convergence, ConvergenceError};
@@ -189,13 +190,9 @@ fn times(value: f64, factors: [f64; 5]) -> impl Iterator<Item = f64> {
         if factor == 1.0 {
             value
         } else {
-            rounded(factor * value)
+            rounded(factor * value, 4)
         }
     })
-}
-
-fn rounded(value: f64) -> f64 {
-    format!("{value:.3e}").parse().expect("a number")
 }
 
 /// Returns `true` if smaller values are more precise.

@@ -2,6 +2,7 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use bristle_study::text::number;
 use serde::Serialize;
 
 /// Numbers as multiples of 1/65535 of their range above the smallest, a step too fine to see in a
@@ -50,7 +51,7 @@ impl Packed {
 
 /// Rounds to six significant digits, one more than the page shows.
 pub(super) fn rounded(value: f64) -> f64 {
-    format!("{value:.5e}").parse().unwrap_or(value)
+    number::rounded(value, 6)
 }
 
 #[cfg(test)]

@@ -4,6 +4,8 @@ use bristle::model::parameters::Parameter;
 use bristle::model::settings::Settings;
 use spec_math::cephes64::{ndtr, ndtri};
 
+use crate::text::number::rounded;
+
 /// Number of inputs.
 pub const INPUT_COUNT: usize = 8;
 /// Number of the first inputs that affect a filament's motion. The remaining input is the number of
@@ -170,11 +172,11 @@ pub fn scatter_text(settings: &Settings) -> String {
         let (mean, std) = (get(input.mean, settings), get(input.std, settings));
         let spread = || {
             if mean == 0.0 || parameter(input.mean).range.contains(-1.0) {
-                return format!("{} {}", two_digits(std), parameter(input.mean).unit)
+                return format!("{} {}", rounded(std, 2), parameter(input.mean).unit)
                     .trim_end()
                     .to_owned();
             }
-            format!("{} %", two_digits(100.0 * std / mean))
+            format!("{} %", rounded(100.0 * std / mean, 2))
         };
         input
             .scatters(settings)
@@ -191,11 +193,6 @@ pub fn scatter_text(settings: &Settings) -> String {
         .chain(calibrated)
         .collect::<Vec<_>>()
         .join(", ")
-}
-
-fn two_digits(value: f64) -> String {
-    let rounded: f64 = format!("{value:.1e}").parse().unwrap_or(value);
-    rounded.to_string()
 }
 
 pub(super) fn parameter(path: &str) -> &'static Parameter {

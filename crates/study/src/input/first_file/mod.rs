@@ -21,7 +21,7 @@ use crate::input::packing::{PACKED, tip_spacing};
 use crate::input::plausibility::{Unusual, unusual_in_study};
 use crate::input::units::other_paths;
 use crate::text::layout::{left, wrap};
-use crate::text::number::short;
+use crate::text::number::{rounded, short};
 
 pub use questions::{
     ANGLE, Answers, FRICTION_COEFFICIENT, LENGTH, MAX_DEPTH, MODULUS, QUESTIONS, Question, SIZE,
@@ -35,6 +35,8 @@ const MODULUS_SPREAD: f64 = 0.22;
 /// The source of [`MODULUS_SPREAD`].
 const SOURCE_OF_SPREAD: &str =
     "22 % between nominally equal abrasive filaments of three makers (SK-Lab 12 and 13)";
+/// Significant digits of values that a first file computes.
+const DIGITS: usize = 4;
 /// Paths of the standard deviations that a first file states.
 const FRICTION_STD: &str = "uncertainty.friction_coefficient_std";
 const MODULUS_STD: &str = "uncertainty.youngs_modulus_std_pa";
@@ -90,14 +92,15 @@ pub fn first_file(
         let has_none = is_tube && question.path == DEPTH;
         answer.unwrap_or_else(|| match question.path {
             _ if has_none => 0.0,
-            FRICTION => rounded(pairing.middle()),
+            FRICTION => rounded(pairing.middle(), DIGITS),
             _ => question.default_answer(),
         })
     });
     let [_, _, has_modulus, _, _, _, has_friction, _, _] = others.map(|answer| answer.is_some());
     let count = if filaments < 1.0 { SHARE } else { COUNT };
     let shares = |limit: f64, parts: u32| {
-        let values = (1..=parts).map(|part| rounded(limit * f64::from(part) / f64::from(parts)));
+        let values =
+            (1..=parts).map(|part| rounded(limit * f64::from(part) / f64::from(parts), DIGITS));
         values
             .map(|value| format!("{value:?}"))
             .collect::<Vec<_>>()
@@ -127,7 +130,7 @@ pub fn first_file(
     };
     let of_material = material.filter(|_| !has_modulus);
     let modulus_pa = of_material.map_or(modulus, |material| material.youngs_modulus_pa);
-    let stiffness = rounded(default_contact_stiffness(modulus_pa, diameter));
+    let stiffness = rounded(default_contact_stiffness(modulus_pa, diameter), DIGITS);
     let mut filament = vec![
         ("filament.length_m", length, true),
         ("filament.diameter_m", diameter, true),
@@ -176,11 +179,11 @@ pub fn first_file(
         section("filament", &filament),
         section_of_contact(friction, (!has_friction).then_some(pairing), stiffness),
         bore_m.map_or_else(String::new, section_of_bore),
-        section("process", &[(SPEED, rounded(speed / 2.0), true)]),
+        section("process", &[(SPEED, rounded(speed / 2.0, DIGITS), true)]),
         match is_tube {
             true => "# The depth follows from the radii: brush and bore have one axis.\n".to_owned(),
             false => {
-                line("", DEPTH, rounded(depth / 2.0))
+                line("", DEPTH, rounded(depth / 2.0, DIGITS))
                     + "# tool_force_n = 50                 # in place of the depth, which is then found\n"
             }
         },
@@ -263,15 +266,15 @@ fn section_of_uncertainty(pairing: Option<&Pairing>, modulus_pa: Option<f64>) ->
         return String::new();
     }
     let friction = pairing.map_or_else(
-        || line(COMMENT, FRICTION_STD, rounded(USUAL.std())),
+        || line(COMMENT, FRICTION_STD, rounded(USUAL.std(), DIGITS)),
         |pairing| {
             let range = pairing.range_text();
             let source = format!("# A quarter of the range, so that 95 % lie in {range}:\n");
-            source + &line("", FRICTION_STD, rounded(pairing.std()))
+            source + &line("", FRICTION_STD, rounded(pairing.std(), DIGITS))
         },
     );
     let modulus = modulus_pa.map_or_else(String::new, |modulus_pa| {
-        let std = rounded(MODULUS_SPREAD * modulus_pa);
+        let std = rounded(MODULUS_SPREAD * modulus_pa, DIGITS);
         format!("# {SOURCE_OF_SPREAD}:\n{}", line("", MODULUS_STD, std))
     });
     format!(
@@ -352,7 +355,7 @@ fn section_of_brush(settings: &Settings) -> String {
         line(
             COMMENT,
             "brush.root_std_m",
-            rounded(ASSUMED_SHIFT * settings.filament.diameter_m)
+            rounded(ASSUMED_SHIFT * settings.filament.diameter_m, DIGITS)
         ),
     )
 }
@@ -406,9 +409,4 @@ fn line_of_material(material: &Material) -> String {
     let setting = format!("material = \"{name}\"");
     let [modulus, density] = [youngs_modulus_pa / 1e9, *density_kg_m3].map(short);
     format!("{setting:34} # E = {modulus} GPa, ρ = {density} kg/m³{condition}\n")
-}
-
-/// Rounds to four significant digits.
-fn rounded(value: f64) -> f64 {
-    format!("{value:.3e}").parse().unwrap_or(value)
 }
