@@ -515,14 +515,14 @@ impl<T: Lanewise, const POINTS: bool> Loop for Factorisation<'_, T, POINTS> {
 
     #[inline(always)]
     fn run(self) {
-        let Dynamics {
-            chain,
-            chart,
-            angles,
-            memory,
-        } = self.dynamics;
-        let posture = Spatial::new(&*chain, *chart, angles, self.step.trial.at);
-        step_matrix::factorise::<T, _, 2, 3, POINTS>(memory, &posture, &self.step);
+        let Self { dynamics, step } = self;
+        let posture = Spatial::new(
+            &dynamics.chain,
+            dynamics.chart,
+            &dynamics.angles,
+            step.trial.at,
+        );
+        step_matrix::factorise::<T, _, 2, 3, POINTS>(&mut dynamics.memory, &posture, &step);
     }
 }
 

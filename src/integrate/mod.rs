@@ -13,11 +13,14 @@ use std::fmt;
 
 mod control;
 pub mod hermite;
+mod newton;
+mod stage_loops;
 mod stepper;
 pub mod tableau;
 
 pub use control::{Pace, Proposal, StepChange, StepControl, WorkBudget};
-pub use stepper::{AttemptError, StageSolution, Stepper};
+pub use newton::StageSolution;
+pub use stepper::{AttemptError, Stepper};
 
 use crate::equations::{LaneSet, Lanewise, StepWeights};
 

@@ -17,6 +17,7 @@ pub use crate::model::settings::unit_normal;
 
 mod cells;
 mod outline;
+mod outline_curve;
 mod part;
 mod plane;
 mod posed;

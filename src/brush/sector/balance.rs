@@ -1,4 +1,9 @@
 //! Balance of energy and momentum of a sector.
+//!
+//! A pass has another balance (`simulation/balance.rs`): it compares the final state with the
+//! contact record, because no contact loses energy to another filament. Filaments of a sector press
+//! on each other, and its awake filaments change during a run. Therefore all fluxes into a sector
+//! are integrated here, step by step.
 
 use super::super::group::{Budget, Exchange};
 use super::ROUNDING_SHARE;

@@ -225,19 +225,14 @@ impl<T: Lanewise, const POINTS: bool> Loop for PlanarFactorisation<'_, T, POINTS
 
     #[inline(always)]
     fn run(self) {
-        let PlanarDynamics {
-            chain,
-            angles,
-            memory,
-            lateral,
-        } = self.dynamics;
-        let posture = Planar::new(&*chain, angles, self.step.trial.at);
-        step_matrix::factorise::<T, _, 1, 2, POINTS>(memory, &posture, &self.step);
+        let Self { dynamics, step } = self;
+        let posture = Planar::new(&dynamics.chain, &dynamics.angles, step.trial.at);
+        step_matrix::factorise::<T, _, 1, 2, POINTS>(&mut dynamics.memory, &posture, &step);
         let posture = Lateral {
             planar: posture,
-            motion: memory,
+            motion: &dynamics.memory,
         };
-        step_matrix::factorise::<T, _, 1, 1, POINTS>(lateral, &posture, &self.step);
+        step_matrix::factorise::<T, _, 1, 1, POINTS>(&mut dynamics.lateral, &posture, &step);
     }
 }
 

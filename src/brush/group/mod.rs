@@ -1,5 +1,9 @@
 //! Filaments side by side in the lanes of one set of equations, and their contacts.
 
+mod budget;
+mod clearance;
+mod load;
+
 use super::candidates::Candidates;
 use super::field::{Changes, FilamentPoint, GroupField, NodeIndex, Nodes, wide};
 use super::gmres;
@@ -12,6 +16,9 @@ use crate::equations::{
 use crate::simulation::{ContactSum, Filament, FilamentEquations, Form};
 use crate::tool::ClampMotion;
 use crate::workpiece::{Part, Workpiece};
+pub use budget::{Budget, Exchange};
+use clearance::Clearance;
+pub use load::{WorkedEdge, WorkpieceLoad};
 
 /// A filament that becomes part of a bundle.
 pub struct BundleMember<M> {
@@ -127,166 +134,6 @@ pub struct Surroundings<'a, M> {
     pub has_friction: bool,
     /// `true` if filaments that are surely clear of the workpiece are not compared with it.
     pub has_bounds: bool,
-}
-
-/// Force of the workpiece on one filament.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct WorkpieceLoad {
-    /// Sum of all contacts.
-    pub sum: ContactSum,
-    /// Power of a moving workpiece in W.
-    pub moving_power: f64,
-    /// Energy stored in J.
-    pub energy: f64,
-    /// Deepest penetration of its possible contacts in m; negative without contact. Far from the
-    /// workpiece it is not known: minus infinity.
-    pub pressing: f64,
-    /// Deepest penetration of a contact that presses, in m.
-    pub penetration: f64,
-    /// Number of outer nodes that include all nodes pressing on a face.
-    pub contact_nodes: usize,
-    /// Deepest penetration of an edge in m.
-    pub edge_penetration: f64,
-    /// Edge with the largest sliding power.
-    pub worked: Option<WorkedEdge>,
-}
-
-impl WorkpieceLoad {
-    /// Returns the load far from the workpiece.
-    pub fn none() -> Self {
-        Self {
-            pressing: f64::NEG_INFINITY,
-            ..Self::default()
-        }
-    }
-}
-
-/// Place and power of the work on an edge.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct WorkedEdge {
-    /// Index of the edge.
-    pub edge: usize,
-    /// Place on the edge, from 0 to 1.
-    pub place: f64,
-    /// Sliding power `F_n |v_t|` in W.
-    pub power: f64,
-}
-
-/// Distance of a filament from the workpiece.
-#[derive(Clone, Copy, Debug)]
-struct Clearance {
-    /// Largest speed relative to the workpiece in m/s, if the filament turns with the body;
-    /// infinite for a workpiece that does not only translate.
-    speed: f64,
-    /// Velocity of the workpiece in m/s.
-    workpiece_velocity: [f64; 3],
-    /// See [`BundleMember::contacts`].
-    contacts: [f64; 2],
-    /// Time of the last comparison in s.
-    time: f64,
-    /// Path of its nodes relative to the body at that time, in m.
-    way: f64,
-    /// Distance of the nearest node at that time, in m.
-    gap: f64,
-    /// Distance in m below which the filament is always compared with the workpiece: the beginning
-    /// of a contact is found from the distance before it.
-    noticed: f64,
-}
-
-impl Clearance {
-    /// Distance below which filaments are always compared, as a share of their length: the path of
-    /// the tip in five of the longest steps.
-    const COMPARED_SHARE: f64 = 0.025;
-
-    /// Creates an unknown clearance.
-    fn new<M: ClampMotion>(
-        BundleMember {
-            filament, contacts, ..
-        }: &BundleMember<M>,
-        rate: f64,
-    ) -> Self {
-        let Filament {
-            chain,
-            motion,
-            workpiece,
-            ..
-        } = filament;
-        let [x, y, _] = motion.at(0.0).position;
-        let length = chain.length * chain.segments() as f64;
-        let radius = x.hypot(y) + length;
-        let workpiece_velocity = workpiece.surface([0.0; 3], 0.0).velocity;
-        let along = dot(workpiece_velocity, workpiece_velocity).sqrt();
-        let speed = if workpiece.translates() {
-            radius * rate.abs() + along
-        } else {
-            f64::INFINITY
-        };
-        Self {
-            speed,
-            workpiece_velocity,
-            contacts: *contacts,
-            time: 0.0,
-            way: 0.0,
-            gap: f64::NEG_INFINITY,
-            noticed: Self::COMPARED_SHARE * length,
-        }
-    }
-
-    /// Returns `true` if the filament does not meet the workpiece yet at `time` (s).
-    fn is_early(&self, time: f64) -> bool {
-        time < self.contacts[0]
-    }
-
-    /// Returns a lower bound of the distance in m at `time` (s), after a path of `way` (m).
-    fn bound(&self, time: f64, way: f64) -> f64 {
-        self.gap - (way - self.way) - self.speed * (time - self.time).abs()
-    }
-}
-
-/// Energy and momentum of all filaments, and their exchange with the surroundings.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Budget {
-    /// Energy of the filaments and their contacts in J.
-    pub energy: f64,
-    /// Momentum of the filaments in N s.
-    pub momentum: [f64; 3],
-    /// Exchange with the surroundings.
-    pub exchange: Exchange,
-}
-
-impl Budget {
-    pub fn add(&mut self, other: &Self) {
-        let Exchange {
-            work,
-            taken,
-            force,
-            strength,
-        } = other.exchange;
-        self.energy += other.energy;
-        self.momentum = add(self.momentum, other.momentum);
-        let exchange = &mut self.exchange;
-        exchange.work += work;
-        exchange.taken += taken;
-        exchange.force = add(exchange.force, force);
-        exchange.strength += strength;
-    }
-}
-
-/// Exchange of filaments with their surroundings at one instant.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Exchange {
-    /// Power of the clamps and of a moving workpiece in W.
-    pub work: f64,
-    /// Power that joints and contacts dissipate, in W.
-    pub taken: f64,
-    /// Force of clamps, workpiece and gravity in N, without forces between filaments.
-    pub force: [f64; 3],
-    /// Sum of the magnitudes of the forces of the workpiece in N.
-    pub strength: f64,
 }
 
 impl Group {
@@ -576,68 +423,6 @@ impl Group {
                 }
             },
         );
-    }
-
-    /// Returns the budget of its filaments, once the residual was computed with the `forces` on
-    /// nodes. The clamps hold the roots.
-    pub fn budget<M>(
-        &mut self,
-        around: &Surroundings<'_, M>,
-        [q, v]: [&gmres::GroupPart; 2],
-        forces: &[[Lanes; 3]],
-    ) -> Budget {
-        let n = self.equations.segments();
-        let energies = self.equations.energies(self.clamp.holding(q, v));
-        let root_force = sub(self.equations.root_force(), forces[0]);
-        let power = dot(root_force, self.clamp.velocity) + energies.clamp_torque_power;
-        let energy = energies.kinetic + energies.spring + energies.gravity;
-        let velocities = &around.nodes.velocities.0[self.index * (n + 1)..][..=n];
-        let (of_nodes, weight) = wide(
-            #[inline(always)]
-            || {
-                let Chain { links, gravity, .. } = self.equations.chain();
-                let (mut momentum, mut mass) = (zero(), Lanes::ZERO);
-                for (link, ends) in links.iter().zip(velocities.windows(2)) {
-                    momentum = add(
-                        momentum,
-                        scale(Lanes::from_f64(0.5) * link.mass, add(ends[0], ends[1])),
-                    );
-                    mass = mass + link.mass;
-                }
-                (momentum, scale(mass, *gravity))
-            },
-        );
-        let outside = forces.iter().fold(weight, |sum, force| add(sum, *force));
-        self.momentum_rate = add(root_force, outside);
-        let mut budget = Budget::default();
-        let Budget {
-            energy: sum,
-            momentum,
-            exchange:
-                Exchange {
-                    work,
-                    taken,
-                    force,
-                    strength,
-                },
-        } = &mut budget;
-        for (lane, load) in self.loads.iter().enumerate() {
-            *sum += energy.lane(lane) + load.energy;
-            *work += power.lane(lane) + load.moving_power;
-            *taken += 2.0 * energies.dissipation.lane(lane)
-                + load.sum.friction_power
-                + load.sum.damped_power;
-            *momentum = add(*momentum, of_nodes.map(|component| component.lane(lane)));
-            let root = root_force.map(|component| component.lane(lane));
-            let outside = add(load.sum.force, weight.map(|component| component.lane(lane)));
-            *force = add(*force, add(root, outside));
-            *strength += dot(load.sum.force, load.sum.force).sqrt();
-        }
-        for (_, press) in around.pressing.of_points(self.index) {
-            budget.energy += press.energy();
-            budget.exchange.taken += press.dissipated;
-        }
-        budget
     }
 
     fn factorise<M: ClampMotion>(

@@ -1,15 +1,17 @@
 //! Trajectory of one filament through its contact, by steps that end on located contact events.
 
-use super::crossing::{Crossing, GAP_RATE, TooLong, crossing as crossing_of, excess};
+mod landing;
+mod nodes;
+mod switching;
+
+use super::crossing::{Crossing, excess};
 use super::error::IntegrationError;
 use super::filament::Filament;
 use super::statistics::Statistics;
 use super::step::{Step, at_knots};
 use super::stop::Stop;
-use super::system::integral::{CONTACT_DISSIPATION, COUNT};
+use super::system::integral::COUNT;
 use super::system::{COORDINATES, FilamentState, FilamentSystem};
-use crate::contact::Approach;
-use crate::equations::linear::{dot, sub};
 use crate::equations::{Compiled, Lanewise};
 use crate::integrate::hermite::Knot;
 use crate::integrate::tableau::Tableau;
@@ -18,6 +20,8 @@ use crate::integrate::{
 };
 use crate::tool::ClampMotion;
 use crate::workpiece::Workpiece;
+use landing::Landing;
+use nodes::NodesAtTime;
 
 /// Returns the work that `segments` segments may take to advance by `duration` (s).
 fn effort(segments: usize, duration: f64) -> WorkBudget {
@@ -36,16 +40,6 @@ const SEGMENTS_OF_OVERHEAD: usize = 2;
 /// Largest number of Newton iterations of a pass with few segments: work around the iterations
 /// matters, too.
 const MAX_ITERATIONS: f64 = 2.5e6;
-/// Largest number of repetitions of a step until its end lies on an event: first by Newton's
-/// method, then by bisection to rounding.
-const MAX_NEWTON_LANDINGS: usize = 12;
-const MAX_LANDINGS: usize = 60;
-/// Largest penetration of a contact that takes over from another, over that of the deepest closed
-/// contact.
-const MAX_TAKEOVER_RATIO: f64 = 2.0;
-/// Largest share of the kinetic energy of the outermost segment that a contact may store when it
-/// closes. The energy balance tells whether that matters.
-const MAX_UNNOTICED_SHARE: f64 = 0.1;
 /// Largest number of times that an earlier event of another contact shortens a step.
 const MAX_EARLIER_LANDINGS: usize = 8;
 /// Share of the step within which the later of two events counts as simultaneous.
@@ -117,64 +111,6 @@ pub struct Trajectory {
     must_be_free: bool,
 }
 
-/// Nodes at one time.
-#[derive(Clone, Debug)]
-struct NodesAtTime {
-    knots: Vec<Knot<3>>,
-    /// Their largest speed in m/s and acceleration in m/s².
-    speed: f64,
-    acceleration: f64,
-    /// Lower bounds on the distances of the contacts from their events, in m; zero where nothing is
-    /// known.
-    distances: Vec<f64>,
-}
-
-impl NodesAtTime {
-    /// Creates the nodes in `knots`, without speed and without the distances of `contacts`
-    /// contacts.
-    fn new(knots: Vec<Knot<3>>, contacts: usize) -> Self {
-        Self {
-            knots,
-            speed: f64::INFINITY,
-            acceleration: f64::INFINITY,
-            distances: vec![0.0; contacts],
-        }
-    }
-
-    /// Finds the largest speed and acceleration.
-    fn measure(&mut self) {
-        let largest = |of: fn(&Knot<3>) -> [f64; 3]| {
-            self.knots
-                .iter()
-                .map(of)
-                .map(|vector| dot(vector, vector))
-                .fold(0.0, f64::max)
-                .sqrt()
-        };
-        (self.speed, self.acceleration) =
-            (largest(|knot| knot.rate), largest(|knot| knot.acceleration));
-    }
-
-    /// Returns an upper bound in m on the way of a node from here in a step of the length `length`
-    /// (s) to `end`. Within the step the node stays in the hull of its Bézier points (see
-    /// [`crossing`](super::crossing)).
-    fn way_to(&self, end: &Self, length: f64) -> f64 {
-        let square = |(start, end): (&Knot<3>, &Knot<3>)| {
-            let way = sub(end.value, start.value);
-            dot(way, way)
-        };
-        let straight = self
-            .knots
-            .iter()
-            .zip(&end.knots)
-            .map(square)
-            .fold(0.0, f64::max)
-            .sqrt();
-        let hull = |nodes: &Self| length * (0.4 * nodes.speed + 0.05 * length * nodes.acceleration);
-        hull(self).max(straight + hull(end))
-    }
-}
-
 /// Purpose of the next attempt.
 #[derive(Clone, Copy, Debug)]
 enum Phase {
@@ -182,43 +118,6 @@ enum Phase {
     Advance(Proposal),
     /// End on an event.
     Land(Landing),
-}
-
-/// Search for the step that ends on an event: within half of the tolerance or, if rounding prevents
-/// that, at the first instant after the event.
-#[derive(Clone, Copy, Debug)]
-struct Landing {
-    crossing: Crossing,
-    /// Lengths of steps that end before and after the event, in s.
-    low: f64,
-    high: f64,
-    /// Length to try next.
-    length: f64,
-    attempts: usize,
-    /// Number of events that were replaced by an earlier one.
-    earlier: usize,
-}
-
-impl Landing {
-    /// Starts the search for `crossing`, which replaces `earlier` later events of the same step.
-    fn on(crossing: Crossing, earlier: usize) -> Self {
-        let Crossing {
-            after,
-            past,
-            at_end,
-            ..
-        } = crossing;
-        // An event that only the interpolant shows is checked first.
-        let length = if at_end { after } else { past };
-        Self {
-            crossing,
-            low: 0.0,
-            high: past,
-            length,
-            attempts: 0,
-            earlier,
-        }
-    }
 }
 
 /// Largest angle in rad by which the body turns in a step. Between the knots of its interpolant, a
@@ -547,155 +446,6 @@ impl Trajectory {
             .retreat(self.start.time, step, RejectionCause::Error)?)
     }
 
-    /// Returns the deepest penetration of a closed contact at the start, in m.
-    fn deepest<M: ClampMotion, W: Workpiece>(&self, filament: &Filament<M, W>) -> f64 {
-        let closed = (0..self.closed.len()).filter(|&contact| self.closed[contact]);
-        closed
-            .map(|contact| self.approach(contact, filament).penetration)
-            .fold(0.0, f64::max)
-    }
-
-    /// Returns `contact` at the start. A closed contact that has just left its face or edge is
-    /// evaluated a little earlier: beyond, another face or edge is the nearest.
-    fn approach<M: ClampMotion, W: Workpiece>(
-        &self,
-        contact: usize,
-        filament: &Filament<M, W>,
-    ) -> Approach {
-        /// Way back, in tolerances of the location of events.
-        const LOOKBACK_TOLERANCES: f64 = 8.0;
-        let at = |back: f64| {
-            let nodes = at_knots(filament, &self.start_nodes.knots, self.start.time, back);
-            filament
-                .touch(contact, &nodes, None, self.start.time - back)
-                .approach
-        };
-        let here = at(0.0);
-        let has_left = self.closed[contact] && here.margin < 0.0;
-        if has_left {
-            at(LOOKBACK_TOLERANCES * self.location / self.start_nodes.speed)
-        } else {
-            here
-        }
-    }
-
-    /// Returns the penetration of the contact that opened just before the start, in m; zero if
-    /// there is none. Where one contact takes over from another, each event is located to the
-    /// tolerance by itself.
-    fn just_released(&self) -> f64 {
-        /// Largest way of a node between both events, in tolerances of their location.
-        const MAX_HANDOVER_TOLERANCES: f64 = 100.0;
-        let [time, depth] = self.released;
-        let way = (self.start.time - time) * self.start_nodes.speed;
-        if way <= MAX_HANDOVER_TOLERANCES * self.location {
-            depth
-        } else {
-            0.0
-        }
-    }
-
-    /// Closes or opens `contact` at the start of the next step. `deepest` is the penetration of the
-    /// deepest contact that was closed, in m.
-    ///
-    /// The energy of a contact that closes or opens while it is pressed in is accounted for. It
-    /// opens so if it recedes so fast that its damping would pull, or if the filament moves to
-    /// another face or edge. Its elastic energy then does no more work. A contact that closes again
-    /// before it has come out, or takes over from another one, gets that energy back.
-    ///
-    /// # Errors
-    /// If the force begins or ends with a jump: the event was missed.
-    fn switch<M: ClampMotion, W: Workpiece, T: Compiled>(
-        &mut self,
-        contact: usize,
-        deepest: f64,
-        lane: usize,
-        system: &mut FilamentSystem<M, W, T>,
-    ) -> Result<(), IntegrationError> {
-        let filament = system.filament(lane);
-        if !self.closed[contact] {
-            self.check_normal(contact, filament)?;
-        }
-        let approach = self.approach(contact, filament);
-        let force = filament.law.normal_force(&approach);
-        let takes_over = approach.penetration <= MAX_TAKEOVER_RATIO * deepest;
-        let stored = if approach.penetration > 0.0 {
-            filament.law.stored_energy(&approach)
-        } else {
-            0.0
-        };
-        // Where a node passes the border of a face and its surface at once, one event delays the
-        // other. The stored energy is then below this.
-        let noticed = MAX_UNNOTICED_SHARE
-            * 0.5
-            * filament.chain.links[self.end.q.len() - 1].mass
-            * self.start_nodes.speed.powi(2);
-        let jumps = match self.closed[contact] {
-            true => force < -self.jump,
-            false => force > self.jump && stored > noticed && !takes_over,
-        };
-        if jumps {
-            return Err(IntegrationError::Jump {
-                time: self.start.time,
-                force,
-            });
-        }
-        if self.closed[contact] {
-            self.released = [self.start.time, approach.penetration];
-            self.start.integrals[CONTACT_DISSIPATION] += stored - self.stored[contact];
-        } else {
-            self.stored[contact] = if takes_over || filament.law.damping > 0.0 {
-                stored
-            } else {
-                0.0
-            };
-        }
-        self.closed[contact] = !self.closed[contact];
-        self.start_nodes.distances[contact] = 0.0;
-        system.set_closed(lane, contact, self.closed[contact]);
-        self.contact_events += 1;
-        Ok(())
-    }
-
-    /// Checks that the normal of the workpiece at the node of `contact` is a unit vector.
-    fn check_normal<M: ClampMotion, W: Workpiece>(
-        &self,
-        contact: usize,
-        filament: &Filament<M, W>,
-    ) -> Result<(), IntegrationError> {
-        /// Largest deviation of the length of a unit vector.
-        const ROUNDING: f64 = 1e-6;
-        let (time, node) = (self.start.time, self.start_nodes.knots.get(contact));
-        let length = node.map_or(1.0, |node| {
-            let normal = filament.workpiece.surface(node.value, time).normal;
-            dot(normal, normal).sqrt()
-        });
-        if (length - 1.0).abs() <= ROUNDING {
-            Ok(())
-        } else {
-            Err(IntegrationError::Normal { time, length })
-        }
-    }
-
-    /// Returns `true` if `contact` presses at the start although it is open, or vice versa.
-    fn is_past<M: ClampMotion, W: Workpiece>(
-        &self,
-        contact: usize,
-        filament: &Filament<M, W>,
-    ) -> bool {
-        let nodes = at_knots(filament, &self.start_nodes.knots, self.start.time, 0.0);
-        self.excess(contact, filament, &nodes, self.start.time) > -self.location
-    }
-
-    /// Returns `true` if the contact of `landing` is past its event at the end of the step.
-    fn is_past_at_end<M: ClampMotion, W: Workpiece>(
-        &self,
-        landing: Landing,
-        filament: &Filament<M, W>,
-    ) -> bool {
-        let nodes = at_knots(filament, &self.end_nodes.knots, self.end.time, 0.0);
-        self.excess(landing.crossing.contact, filament, &nodes, self.end.time) > 0.0
-    }
-
     /// Returns the distance of `contact` past its event, in m; see [`excess`]. `nodes` are those of
     /// the filament at `time`.
     fn excess<M: ClampMotion, W: Workpiece>(
@@ -740,125 +490,5 @@ impl Trajectory {
             closed: &self.closed,
             starts: &self.starts,
         }
-    }
-
-    /// Finds the earliest event of the step, except events of the contact `except`, at whose event
-    /// the step ends. Updates the distances of the contacts from their events at its end.
-    fn first_crossing<M: ClampMotion, W: Workpiece>(
-        &mut self,
-        filament: &Filament<M, W>,
-        except: Option<usize>,
-    ) -> Result<Option<Crossing>, TooLong> {
-        let mut distances = std::mem::take(&mut self.end_nodes.distances);
-        let step = self.step();
-        let drift = step.length() * surface_speed(filament, &step);
-        let way = self.start_nodes.way_to(&self.end_nodes, step.length());
-        // If the workpiece does not just translate, every contact is checked.
-        let reach = if filament.workpiece.translates() {
-            GAP_RATE * (way + drift)
-        } else {
-            f64::INFINITY
-        };
-        let mut first: Result<Option<Crossing>, TooLong> = Ok(None);
-        for (contact, end) in distances.iter_mut().enumerate() {
-            let start = self.start_nodes.distances[contact];
-            if except == Some(contact) {
-                *end = 0.0;
-                continue;
-            }
-            if start > reach {
-                *end = start - reach;
-                continue;
-            }
-            match crossing_of(filament, &step, contact, self.location, drift) {
-                Ok((distance, crossing)) => {
-                    *end = distance;
-                    if let (Ok(earliest), Some(crossing)) = (&first, crossing)
-                        && earliest.is_none_or(|first| crossing.after < first.after)
-                    {
-                        first = Ok(Some(crossing));
-                    }
-                }
-                Err(TooLong) => {
-                    *end = 0.0;
-                    first = Err(TooLong);
-                }
-            }
-        }
-        self.end_nodes.distances = distances;
-        first
-    }
-
-    /// Returns the next landing after the attempt of `landing`; `None` if that was close enough to
-    /// the event.
-    fn correct<M: ClampMotion, W: Workpiece>(
-        &self,
-        landing: Landing,
-        filament: &Filament<M, W>,
-    ) -> Option<Landing> {
-        let Landing {
-            crossing,
-            mut low,
-            mut high,
-            length,
-            attempts,
-            ..
-        } = landing;
-        let location = self.location;
-        // Excess a time `back` before the end.
-        let excess = |back: f64| {
-            let nodes = at_knots(filament, &self.end_nodes.knots, self.end.time, back);
-            self.excess(crossing.contact, filament, &nodes, self.end.time - back)
-        };
-        let here = excess(0.0);
-        // Where work is limited, a step may end past the event by `depth`, but not before it: the
-        // node would switch back.
-        let limited = self
-            .control
-            .is_at_floor(crossing.past, self.end_time - self.start.time);
-        let depth = if limited { self.coarse_location } else { 0.0 };
-        let resolved = high - low <= 4.0 * f64::EPSILON * (self.start.time.abs() + high);
-        let near = here.abs() <= location / 2.0 || (0.0..=depth).contains(&here);
-        if near || (resolved && here > 0.0) || attempts + 1 >= MAX_LANDINGS {
-            return None;
-        }
-        if here > 0.0 {
-            high = length
-        } else {
-            low = length
-        }
-        // Newton's method inside the bracket, with the slope over a small part of the step.
-        let back = 1e-4 * length;
-        let slope = (here - excess(back)) / back;
-        let next = length - (here - depth / 2.0) / slope;
-        let inside = next > low && next < high && attempts < MAX_NEWTON_LANDINGS;
-        let length = match () {
-            () if resolved => high,
-            () if inside => next,
-            () => (low + high) / 2.0,
-        };
-        Some(Landing {
-            low,
-            high,
-            length,
-            attempts: attempts + 1,
-            ..landing
-        })
-    }
-}
-
-/// Returns the speed of the surface of the workpiece at the tip in m/s: the larger value of both
-/// ends of a step.
-fn surface_speed<M: ClampMotion, W: Workpiece>(filament: &Filament<M, W>, step: &Step<'_>) -> f64 {
-    let tip = step.start_nodes.len() - 1;
-    let speed = |knot: &Knot<3>, time: f64| {
-        let velocity = filament.workpiece.surface(knot.value, time).velocity;
-        dot(velocity, velocity).sqrt()
-    };
-    let start = speed(&step.start_nodes[tip], step.start.time);
-    if filament.workpiece.translates() {
-        start
-    } else {
-        start.max(speed(&step.end_nodes[tip], step.end.time))
     }
 }
