@@ -1,7 +1,8 @@
-"""Draws the normal force over the depth with and without friction and interaction.
+"""Draws the normal force over the depth with and without friction, interaction and tilts.
 
-It simulates `open_question.toml` (some minutes) and writes its results to `open_question/` and the
-figure of docs/notes.md to `open_question/friction_or_interaction.svg`:
+It simulates `open_question.toml`, and the same brushes with tilted clamps (up to an hour). It writes
+results to `open_question/` and `open_question/tilted/`, and the figure of docs/notes.md to
+`open_question/friction_or_interaction.svg`:
 
     pip install "./python[notebooks]"
     python examples/open_question.py
@@ -14,31 +15,52 @@ import numpy as np
 from matplotlib.figure import Figure
 
 OUT = Path("open_question")
+# Rows of tilted filaments. They repeat along the axis and stand for all rows of the brush.
+ROWS = 4
+TILT_RAD = 5e-3
 
 
-def draw(runs) -> Figure:
-    """One panel per velocity: solid in rows, dashed alone, a colour for each coefficient."""
+def tilted(settings: bristle.Settings) -> bristle.Settings:
+    """Returns a slice of the brush, with a random tilt of each clamp out of its plane."""
+    share = ROWS / settings.brush["rows"]
+    return settings.replace(
+        tool={
+            "width_m": share * settings.tool["width_m"],
+            "filament_count": round(share * settings.tool["filament_count"]),
+        },
+        brush={"rows": ROWS, "lateral_tilt_std_rad": TILT_RAD},
+    )
+
+
+def draw(runs, tilted_force) -> Figure:
+    """One panel per velocity, a colour for each coefficient.
+
+    Lines are solid in rows, dashed alone, dotted in rows with tilts.
+    """
     velocity, depth = runs["brushing_velocity_m_s"], runs["penetration_depth_m"]
     friction = runs["contact.friction_coefficient"]
     in_rows = runs["tool_contact_normal_force_n"]
     alone = in_rows / runs["interaction_factor"]
+    lines = ((in_rows, "-o"), (alone, "--s"), (tilted_force, ":^"))
     velocities = np.unique(velocity)
     figure = Figure(figsize=(8.0, 3.6), layout="constrained")
     panels = figure.subplots(1, len(velocities), sharey=True)
     for panel, (axes, speed) in enumerate(zip(panels, velocities)):
         for number, coefficient in enumerate(np.unique(friction)):
             rows = (velocity == speed) & (friction == coefficient)
-            for force, style in ((in_rows, "-o"), (alone, "--s")):
+            for force, style in lines:
                 is_first = panel == 0 and style == "-o"
                 label = f"µ = {coefficient:g}" if is_first else None
                 axes.plot(1e3 * depth[rows], force[rows], style, color=f"C{number}", ms=3, label=label)
         axes.set(title=f"{speed:g} m/s", xlabel="penetration depth in mm", xlim=(0, None), ylim=(0, None))
     panels[0].set_ylabel("normal force of the tool in N")
-    figure.legend(loc="outside right center", title="— in rows\n- - alone")
+    figure.legend(loc="outside right center", title="— in rows\n- - alone\n··· with tilts")
     return figure
 
 
 if __name__ == "__main__":
     settings = bristle.load(Path(__file__).with_suffix(".toml"))
-    study = bristle.study(settings, out=OUT)
-    draw(study.runs).savefig(OUT / "friction_or_interaction.svg")
+    runs = bristle.study(settings, out=OUT).runs
+    in_space = bristle.study(tilted(settings), out=OUT / "tilted").runs
+    force = in_space["tool_contact_normal_force_n"] * settings.brush["rows"] / ROWS
+    draw(runs, force).savefig(OUT / "friction_or_interaction.svg")
