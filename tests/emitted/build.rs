@@ -80,7 +80,7 @@ fn whole() -> Result<String, Box<dyn Error>> {
     let count = chains::CHAINS.len();
     write!(
         source,
-        "\n/// By the order of the chains.\npub const VALUES: [fn(&[f64]) -> Vec<f64>; {count}] = [\n{table}];\n"
+        "\n/// Functions in the order of the chains.\npub const VALUES: [fn(&[f64]) -> Vec<f64>; {count}] = [\n{table}];\n"
     )?;
     Ok(source)
 }

@@ -27,7 +27,7 @@ static JOINT_CONSTANTS: InputGroup = InputGroup {
 
 static STEP_WEIGHTS: InputGroup = InputGroup {
     name: "StepWeights",
-    doc: "How an implicit step moves coordinates and rates with the accelerations: `δq = w_q δq̈`, `δq̇ = w_v δq̈`.",
+    doc: "Change of coordinates and rates with the accelerations in an implicit step: `δq = w_q δq̈`, `δq̇ = w_v δq̈`.",
     fields: &[("coordinates", "`w_q` in s²."), ("rates", "`w_v` in s.")],
 };
 
@@ -50,7 +50,7 @@ pub(super) static SIDE: InputGroup = InputGroup {
 /// The change of the azimuth at a joint.
 pub(super) static AZIMUTH_STEPS: InputGroup = InputGroup {
     name: "AzimuthSteps",
-    doc: "How the azimuth changes at a joint, `θ` of the previous segment less `θ'` of the next.",
+    doc: "Change of the azimuth at a joint, `θ` of the previous segment less `θ'` of the next.",
     fields: &[
         ("plain", "`sin(θ − θ'), cos(θ − θ')`"),
         (

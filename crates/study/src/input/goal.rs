@@ -58,7 +58,7 @@ pub(crate) fn goal_schema() -> Value {
         (key.to_owned(), schema)
     };
     let mut properties: serde_json::Map<String, Value> = NUMBERS.into_iter().map(number).collect();
-    let most = "What is to be highest within the limits: the force, or what is removed from edges or in all, which needs [removal].";
+    let most = "Quantity to maximise within the limits: the force, or what is removed from edges or in all, which needs [removal].";
     properties.insert(
         MOST.to_owned(),
         json!({ "enum": MOST_OF, "default": MOST_OF[0], "description": most }),
