@@ -33,9 +33,10 @@ def tilted(settings: bristle.Settings) -> bristle.Settings:
 
 
 def draw(runs, tilted_force) -> Figure:
-    """One panel per velocity, a colour for each coefficient.
+    """Draws one panel per velocity, with a colour for each coefficient.
 
-    Lines are solid in rows, dashed alone, dotted in rows with tilts.
+    Lines are solid in rows, dashed alone, dotted in rows with tilts. `tilted_force` has the normal
+    force of the whole brush with tilts in N, one value per run.
     """
     velocity, depth = runs["brushing_velocity_m_s"], runs["penetration_depth_m"]
     friction = runs["contact.friction_coefficient"]
