@@ -3,7 +3,7 @@
 
 use bristle::brush::simulate_brush;
 use bristle::model::settings::{BrushSettings, Ends, Pattern, Settings};
-use bristle::simulation::{Pass, Sampling};
+use bristle::simulation::{Pass, Sampling, simulate};
 
 use crate::common::metric;
 
@@ -62,4 +62,38 @@ fn filaments_of_a_tilted_brush_are_those_along_its_trim() {
         settings.check().expect_err("periodic rows").path,
         "brush.ends"
     );
+}
+
+/// A filament of wire swings ahead on an edge with a chamfer, and still presses when its turn ends:
+/// each turn takes its part of the contact.
+#[test]
+fn a_contact_that_spans_two_turns_is_split_where_the_turn_ends() {
+    let settings: Settings = serde_json::from_value(serde_json::json!({
+        "tool": {"kind": "round", "body_radius_m": 0.03, "width_m": 0.02, "filament_count": 100},
+        "filament": {
+            "segments": 4, "length_m": 0.014_62, "diameter_m": 0.000_118, "density_kg_m3": 8500,
+            "youngs_modulus_pa": 1e11, "damping_ratio": 0.133,
+        },
+        "contact": {"stiffness_n_m": 22_290},
+        "workpiece": {
+            "kind": "chamfer", "side": "leaving", "offset_m": 0.000_618,
+            "included_angle_rad": 1.5592, "edge_radius_m": 0.000_683, "chamfer_width_m": 0.003_079,
+            "chamfer_angle_rad": 1.005,
+        },
+        "process": {"brushing_velocity_m_s": 37.8, "penetration_depth_m": 0.000_567, "turns": 2},
+        "brush": {"columns": 1, "rows": 1, "steady": false},
+    }))
+    .expect("settings");
+    let brush = simulate_brush(&settings, 1).expect("a brush");
+    let alone = simulate(&settings).expect("a pass");
+    let turns = brush.turn_contact_normal_impulses_n_s.iter();
+    for (here, there) in turns.zip(&alone.turn_contact_normal_impulses_n_s) {
+        assert!((here / there - 1.0).abs() < 3e-4, "{here} {there}");
+    }
+    assert_eq!(
+        (brush.tool.contact_count, alone.metrics.contact_count),
+        (2, 2)
+    );
+    let peaks = [&brush.tool, &alone.metrics].map(|metrics| metrics.peak_contact_normal_force_n);
+    assert!((peaks[0] / peaks[1] - 1.0).abs() < 1e-3, "{peaks:?}");
 }

@@ -10,7 +10,7 @@ mod settling;
 
 use std::f64::consts::TAU;
 
-use super::arrangement::{Arrangement, Root};
+use super::arrangement::Arrangement;
 use super::error::BrushError;
 use super::filaments;
 use super::plan::{SectorPlan, begin};
@@ -479,18 +479,12 @@ impl BrushRun {
         Ok(true)
     }
 
-    /// Returns the impulses of the followed filaments in N s, in all turns together, column by
+    /// Returns the impulses of the followed filaments in N s as results state them, column by
     /// column.
     fn followed_impulses(&self) -> Vec<f64> {
-        let impulse = |(_, &[number, index]): (&Root, &[usize; 2])| {
-            self.sectors[number].1.accounts()[index].total_impulse()
-        };
-        self.arrangement
-            .roots
-            .iter()
-            .zip(&self.places)
-            .take_while(|(root, _)| root.column < self.followed)
-            .map(impulse)
+        let filaments = self.filaments(self.followed).into_iter();
+        filaments
+            .map(|filament| filament.metrics.contact_normal_impulse_n_s)
             .collect()
     }
 

@@ -1,13 +1,14 @@
 //! Contacts of a filament with the workpiece and with other filaments, summed over the steps.
 
 use super::super::group::WorkpieceLoad;
-use super::tr_bdf2::integral;
+use super::tr_bdf2::StepPart;
 use super::{MAX_COUNT, ROUNDING_SHARE};
 use crate::equations::linear::{add, scale};
 use crate::integrate::tableau::TR_BDF2;
 use crate::model::metrics::ContactRecord;
 use crate::model::settings::MAX_TURNS;
 use crate::simulation::{CompletedTurns, ContactSum, EdgeWork};
+use crate::workpiece::Edge;
 
 /// Timetable of a filament in s.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,18 +62,44 @@ impl Account {
         self.impulses.iter().sum::<f64>() + self.record.impulse
     }
 
-    /// Adds a step from `begin` over `h` (s), with the loads at its middle stage and its end.
+    /// Adds a step from `begin` over `h` (s), with the loads at its middle stage and its end, and
+    /// the tip deflection (m) there, over a workpiece with these `edges`. A turn that ends within
+    /// the step takes its part of it: a filament that swings ahead presses in two turns.
     pub(super) fn observe(
+        &mut self,
+        loads: [&WorkpieceLoad; 2],
+        times @ [begin, h]: [f64; 2],
+        deflection: f64,
+        edges: &[Edge],
+    ) {
+        let ended = (self.end_of_turn() - begin) / h;
+        if ended < 1.0 - ROUNDING_SHARE {
+            let [before, after] = StepPart::split(ended);
+            self.add(loads, times, edges, &before);
+            self.end_turn(begin + h, h);
+            self.add(loads, times, edges, &after);
+        } else {
+            self.add(loads, times, edges, &StepPart::whole());
+        }
+        self.record.max_deflection = self.record.max_deflection.max(deflection);
+        let [_, end] = loads;
+        self.load = *end;
+        self.end_turn(begin + h, h);
+    }
+
+    /// Adds a part of a step to the current turn.
+    fn add(
         &mut self,
         [middle, end]: [&WorkpieceLoad; 2],
         [begin, h]: [f64; 2],
-        deflection: f64,
+        edges: &[Edge],
+        part: &StepPart,
     ) {
         let Timetable { turn, touches, .. } = &self.timetable;
         let turned = (self.record.turn - 1) as f64 * turn;
         let start = self.load;
         let mean = |of: &dyn Fn(&ContactSum) -> f64| {
-            h * integral([&start, middle, end].map(|load| of(&load.sum)))
+            h * part.integral([&start, middle, end].map(|load| of(&load.sum)))
         };
         let record = &mut self.record;
         record.impulse += mean(&|sum| sum.normal);
@@ -85,25 +112,25 @@ impl Account {
         record.edge_work = std::array::from_fn(|order| {
             record.edge_work[order] + mean(&|sum| sum.edge_power[order])
         });
-        record.peak_force = record.peak_force.max(middle.sum.normal).max(end.sum.normal);
-        record.penetration = record
-            .penetration
-            .max(middle.penetration)
-            .max(end.penetration);
-        record.contact_nodes = record
-            .contact_nodes
-            .max(middle.contact_nodes)
-            .max(end.contact_nodes);
-        record.edge_penetration = record.edge_penetration.max(end.edge_penetration);
-        let part = contact_part(start.pressing, end.pressing);
-        if part[1] > part[0] {
+        let [from, to] = part.shares;
+        let stages = [(TR_BDF2.node(1), middle), (1.0, end)];
+        for (_, load) in stages.iter().filter(|(at, _)| (from..=to).contains(at)) {
+            record.peak_force = record.peak_force.max(load.sum.normal);
+            record.penetration = record.penetration.max(load.penetration);
+            record.contact_nodes = record.contact_nodes.max(load.contact_nodes);
+            record.edge_penetration = record.edge_penetration.max(load.edge_penetration);
+        }
+        let [entry, exit] = contact_part(start.pressing, end.pressing);
+        let touching = [entry.max(from), exit.min(to)];
+        if touching[1] > touching[0] {
+            let is_new = entry > from || start.pressing <= 0.0 || record.time == 0.0;
+            record.count += usize::from(is_new);
             record.add_time(
-                h * (part[1] - part[0]),
-                part.map(|part| begin + part * h),
+                h * (touching[1] - touching[0]),
+                touching.map(|share| begin + share * h),
                 touches,
                 turned,
             );
-            record.count += usize::from(part[0] > 0.0 || start.pressing <= 0.0);
         }
         for (j, load) in [&start, middle, end].into_iter().enumerate() {
             let Some(worked) = load.worked else { continue };
@@ -113,17 +140,23 @@ impl Account {
                 |other: &WorkpieceLoad| other.worked.filter(|other| other.edge == worked.edge);
             let places = [&start, end].map(|other| here(other).unwrap_or(worked).place);
             self.edge_work
-                .add(worked.edge, places, h * TR_BDF2.weight(j) * worked.power);
+                .add(worked.edge, places, h * part.weights[j] * worked.power);
         }
-        record.max_deflection = record.max_deflection.max(deflection);
-        self.load = *end;
+        if end.worked.is_some() {
+            self.record.edge_evenness = self.edge_work.evenness(edges);
+        }
     }
 
-    /// Ends the turn if a step of `h` (s) to `end` (s) is the first to reach its end. The last turn
-    /// thus ends with the simulation.
-    pub(super) fn end_turn(&mut self, end: f64, h: f64) {
+    /// Returns the end of the current turn in s.
+    fn end_of_turn(&self) -> f64 {
         let Timetable { begin, turn, .. } = &self.timetable;
-        if end < begin + self.record.turn as f64 * turn - ROUNDING_SHARE * h {
+        begin + self.record.turn as f64 * turn
+    }
+
+    /// Ends the turn if a step of `h` (s) to `end` (s) reaches its end. The last turn ends with the
+    /// simulation.
+    pub(super) fn end_turn(&mut self, end: f64, h: f64) {
+        if end < self.end_of_turn() - ROUNDING_SHARE * h {
             return;
         }
         self.impulses.push(self.record.impulse);

@@ -7,7 +7,7 @@
 
 use super::super::group::{Budget, Exchange};
 use super::ROUNDING_SHARE;
-use super::tr_bdf2::integral;
+use super::tr_bdf2::StepPart;
 use crate::equations::linear::dot;
 
 /// Energy and momentum of a sector, and the fluxes into it, each integrated apart from the motion.
@@ -54,7 +54,8 @@ impl Balance {
     /// Adds a step of `h` (s), with the budgets of its middle stage and its end.
     pub(super) fn add(&mut self, middle: &Budget, end: &Budget, h: f64) {
         let rates = [self.rates, middle.exchange, end.exchange];
-        let sum = |of: &dyn Fn(&Exchange) -> f64| h * integral(rates.map(|rates| of(&rates)));
+        let step = StepPart::whole();
+        let sum = |of: &dyn Fn(&Exchange) -> f64| h * step.integral(rates.map(|rates| of(&rates)));
         let [work, taken] = [sum(&|rates| rates.work), sum(&|rates| rates.taken)];
         self.work += work;
         self.dissipated += taken;

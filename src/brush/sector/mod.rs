@@ -397,12 +397,8 @@ impl Sector {
                 [&middle.loads[index], &end.loads[index]],
                 [begin, h],
                 deflection,
+                filament.workpiece.edges(),
             );
-            if end.loads[index].worked.is_some() {
-                account.record.edge_evenness =
-                    account.edge_work.evenness(filament.workpiece.edges());
-            }
-            account.end_turn(begin + h, h);
         };
         let groups = accounts.chunks_mut(LANES).enumerate();
         team::for_each(groups, |(group, accounts)| {

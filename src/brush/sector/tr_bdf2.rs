@@ -172,12 +172,81 @@ fn set_sum(
     );
 }
 
-/// Returns `Σ b_j x_j` of the values at the three stages of a step.
-pub(super) fn integral(values: [f64; 3]) -> f64 {
-    (0..3).map(|j| TR_BDF2.weight(j) * values[j]).sum()
+/// Part of a step, over which values at its three stages are integrated.
+pub(super) struct StepPart {
+    /// Beginning and end, as shares of the step.
+    pub(super) shares: [f64; 2],
+    pub(super) weights: [f64; 3],
 }
 
-/// Returns `Σ (b̂_j − b_j) x_j`, the embedded error estimate of [`integral`].
+impl StepPart {
+    /// Returns the whole step, with the weights `b_j` of the method.
+    pub(super) fn whole() -> Self {
+        Self {
+            shares: [0.0, 1.0],
+            weights: std::array::from_fn(|j| TR_BDF2.weight(j)),
+        }
+    }
+
+    /// Returns the parts before and after a `share` of the step. Their weights add up to `b_j`.
+    pub(super) fn split(share: f64) -> [Self; 2] {
+        let until = weights_until(share);
+        [
+            Self {
+                shares: [0.0, share],
+                weights: until,
+            },
+            Self {
+                shares: [share, 1.0],
+                weights: std::array::from_fn(|j| TR_BDF2.weight(j) - until[j]),
+            },
+        ]
+    }
+
+    /// Returns the integral of `values` over the part, relative to the length of the step.
+    pub(super) fn integral(&self, values: [f64; 3]) -> f64 {
+        (0..3).map(|j| self.weights[j] * values[j]).sum()
+    }
+}
+
+/// Returns the weights `b_j(θ)` of integrals from the start of a step to the share `θ` of it: those
+/// of the parabola through the three stages, less `θ (b̂_j − b_j)`. They are exact for linear
+/// values, as the method is, and end at `b_j`.
+fn weights_until(share: f64) -> [f64; 3] {
+    let (c, square, cube) = (TR_BDF2.node(1), share.powi(2) / 2.0, share.powi(3) / 3.0);
+    let parabola = [
+        share + (cube - (1.0 + c) * square) / c,
+        (square - cube) / (c * (1.0 - c)),
+        (cube - c * square) / (1.0 - c),
+    ];
+    std::array::from_fn(|j| parabola[j] - share * TR_BDF2.error_weight(j))
+}
+
+/// Returns `Σ (b̂_j − b_j) x_j`, the embedded error estimate of an integral over the step.
 pub(super) fn integral_error(values: [f64; 3]) -> f64 {
     (0..3).map(|j| TR_BDF2.error_weight(j) * values[j]).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_of_a_step_integrate_linear_values_exactly() {
+        let nodes = [0.0, TR_BDF2.node(1), 1.0];
+        for share in [0.1, 0.5, 0.9] {
+            let parts = StepPart::split(share);
+            let lengths = parts.each_ref().map(|part| part.integral([1.0; 3]));
+            let moments = parts.each_ref().map(|part| part.integral(nodes));
+            let expected = [[share, 1.0 - share], [share.powi(2), 1.0 - share.powi(2)]];
+            for part in 0..2 {
+                assert!((lengths[part] - expected[0][part]).abs() < 1e-15);
+                assert!((moments[part] - expected[1][part] / 2.0).abs() < 1e-15);
+            }
+        }
+        let [whole, _] = StepPart::split(1.0);
+        for j in 0..3 {
+            assert!((whole.weights[j] - TR_BDF2.weight(j)).abs() < 1e-15);
+        }
+    }
 }
