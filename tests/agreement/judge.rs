@@ -171,21 +171,20 @@ fn numbers(
     let mass = filament.density_kg_m3 * filament.root_area_m2() * filament.length_m;
     let momentum = 0.1 * mass * settings.process.brushing_velocity_m_s;
     let impulse = metrics.contact_normal_impulse_n_s.max(momentum);
-    let mut numbers: Vec<ComparedNumber> = outcome
+    let turns = outcome
         .turns
         .iter()
         .zip(&partner.turns)
-        .map(|(turn, _)| number("p_n of a turn", *turn, turn.max(momentum)))
-        .collect();
+        .map(|(turn, _)| number("p_n of a turn", *turn, turn.max(momentum)));
     if outcome.metrics.turns != partner.metrics.turns && settings.process.turns() != Turns::Steady {
-        return numbers;
+        return turns.collect();
     }
     let is_steady = settings.process.turns() == Turns::Steady;
     let slack = if is_steady { STEADY_SLACK } else { 0.0 };
-    numbers.push(ComparedNumber {
+    let mut numbers = vec![ComparedNumber {
         slack,
         ..number("p_n", metrics.contact_normal_impulse_n_s, impulse)
-    });
+    }];
     // The tolerance of a brush is that of the impulse.
     if !pair.is_of_brush() && !is_steady {
         let reach = settings.tool_radius_m();
@@ -221,6 +220,8 @@ fn numbers(
             ),
         ]);
     }
+    // Results may have more turns than others: all else comes first.
+    numbers.extend(turns);
     numbers
 }
 
@@ -282,12 +283,10 @@ fn spread(pair: &Pair) -> Option<Vec<(&'static str, f64)>> {
         // Rounding can exceed so tight a tolerance after many turns.
         results = results_at(None);
     }
-    let fewest = results.iter().min_by_key(|outcome| outcome.turns.len())?;
-    let all: Vec<Vec<ComparedNumber>> = results
-        .iter()
-        .map(|outcome| numbers(pair, outcome, &outcome.metrics, fewest))
-        .collect();
-    let names = all[0].iter().enumerate().map(|(index, first)| {
+    let longest = results.iter().max_by_key(|outcome| outcome.turns.len())?;
+    let of = |outcome| numbers(pair, outcome, &outcome.metrics, longest);
+    let all: Vec<Vec<ComparedNumber>> = results.iter().map(of).collect();
+    let names = of(longest).into_iter().enumerate().map(|(index, first)| {
         let values = || {
             all.iter()
                 .filter_map(|numbers| numbers.get(index))
