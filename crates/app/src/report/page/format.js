@@ -101,9 +101,9 @@ function onKeys(node, actions) {
   });
 }
 
-/** Text in which symbols are typeset: those with a subscript, `R`, `ω`, and a single letter before `=`. */
+/** Text with minus signs, in which symbols are typeset: those with a subscript, `R`, `ω`, and a single letter before `=`. */
 function rich(text) {
-  const unbroken = text.replace(/ ([=>]) /g, "\u00a0$1\u00a0");
+  const unbroken = text.replace(/ ([=>]) /g, "\u00a0$1\u00a0").replace(/(?<![^\s(])-(?=\d)/g, "−");
   return unbroken
     .split(/((?<![\p{L}\p{N}_])Δ?\p{L}\p{M}*_[a-z0-9]+(?:,[a-z0-9]+)*|(?<!\p{L})(?:[Rω](?!\p{L})|\p{L}(?=\u00a0=)))/u)
     // The symbols are the odd parts.
