@@ -4,6 +4,7 @@
 use bristle::brush::simulate_brush;
 use bristle::model::settings::{BrushSettings, Ends, Pattern, Settings};
 use bristle::simulation::{Pass, Sampling, simulate};
+use serde_json::{Value, json};
 
 use crate::common::metric;
 
@@ -64,12 +65,19 @@ fn filaments_of_a_tilted_brush_are_those_along_its_trim() {
     );
 }
 
+/// A brush of one filament, with other settings.
+fn of_one(mut others: Value) -> Settings {
+    others["tool"] =
+        json!({"kind": "round", "body_radius_m": 0.03, "width_m": 0.02, "filament_count": 100});
+    others["brush"] = json!({"columns": 1, "rows": 1, "steady": false});
+    serde_json::from_value(others).expect("settings")
+}
+
 /// A filament of wire swings ahead on an edge with a chamfer, and still presses when its turn ends:
 /// each turn takes its part of the contact.
 #[test]
 fn a_contact_that_spans_two_turns_is_split_where_the_turn_ends() {
-    let settings: Settings = serde_json::from_value(serde_json::json!({
-        "tool": {"kind": "round", "body_radius_m": 0.03, "width_m": 0.02, "filament_count": 100},
+    let settings = of_one(json!({
         "filament": {
             "segments": 4, "length_m": 0.014_62, "diameter_m": 0.000_118, "density_kg_m3": 8500,
             "youngs_modulus_pa": 1e11, "damping_ratio": 0.133,
@@ -81,9 +89,7 @@ fn a_contact_that_spans_two_turns_is_split_where_the_turn_ends() {
             "chamfer_angle_rad": 1.005,
         },
         "process": {"brushing_velocity_m_s": 37.8, "penetration_depth_m": 0.000_567, "turns": 2},
-        "brush": {"columns": 1, "rows": 1, "steady": false},
-    }))
-    .expect("settings");
+    }));
     let brush = simulate_brush(&settings, 1).expect("a brush");
     let alone = simulate(&settings).expect("a pass");
     let turns = brush.turn_contact_normal_impulses_n_s.iter();
@@ -96,4 +102,26 @@ fn a_contact_that_spans_two_turns_is_split_where_the_turn_ends() {
     );
     let peaks = [&brush.tool, &alone.metrics].map(|metrics| metrics.peak_contact_normal_force_n);
     assert!((peaks[0] / peaks[1] - 1.0).abs() < 1e-3, "{peaks:?}");
+}
+
+/// The centreline of the filament passes the edge, its rounded tip grazes it.
+#[test]
+fn a_tip_that_grazes_the_workpiece_without_nominal_contact_is_simulated() {
+    let settings = of_one(json!({
+        "filament": {
+            "segments": 1, "length_m": 0.0459, "diameter_m": 0.001_09, "density_kg_m3": 1815,
+            "youngs_modulus_pa": 7.84e9, "damping_ratio": 0.3,
+        },
+        "contact": {"stiffness_n_m": 11_335, "radius_m": 0.000_094},
+        "workpiece": {
+            "kind": "edge", "side": "entering", "offset_m": 0.011_854,
+            "included_angle_rad": 2.191, "edge_radius_m": 0.001_193,
+        },
+        "process": {"brushing_velocity_m_s": 34.4, "penetration_depth_m": 0.001},
+    }));
+    let brush = simulate_brush(&settings, 1).expect("a brush").tool;
+    let alone = simulate(&settings).expect("a pass").metrics;
+    assert!(alone.nominal_contact_time_s == 0.0 && alone.contact_count == 1);
+    let [here, there] = [&brush, &alone].map(|metrics| metrics.contact_normal_impulse_n_s);
+    assert!((here / there - 1.0).abs() < 3e-3, "{here} {there}");
 }

@@ -54,8 +54,9 @@ impl Default for RunOptions {
 }
 
 /// Path of the tips in the longest step, over the shorter of filament and nominal contact: fast
-/// filaments bounce on short contacts. Longer steps would save no time, since they take more
-/// iterations of Newton's method.
+/// filaments bounce on short contacts. No contact counts as shorter than a filament is thick; one
+/// that just grazes the workpiece may have no nominal contact at all. Longer steps would save no
+/// time, since they take more iterations of Newton's method.
 const MAX_STEP_SHARE: f64 = 5e-3;
 /// Time between two samples of the history in longest steps. A sample lies in the step that ends
 /// behind it.
@@ -564,7 +565,7 @@ impl BrushRun {
 
 /// Returns the longest step in s.
 fn longest_step(settings: &Settings, pass: &Pass) -> f64 {
-    let nominal = pass.nominal();
-    let path = (nominal.tool_radius * nominal.contact_angle).min(settings.filament.length_m);
-    MAX_STEP_SHARE * path / settings.process.brushing_velocity_m_s
+    let (nominal, filament) = (pass.nominal(), &settings.filament);
+    let contact = (nominal.tool_radius * nominal.contact_angle).max(filament.diameter_m);
+    MAX_STEP_SHARE * contact.min(filament.length_m) / settings.process.brushing_velocity_m_s
 }
