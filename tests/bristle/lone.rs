@@ -65,10 +65,11 @@ fn filaments_of_a_tilted_brush_are_those_along_its_trim() {
     );
 }
 
-/// A brush of one filament, with other settings.
-fn of_one(mut others: Value) -> Settings {
-    others["tool"] =
-        json!({"kind": "round", "body_radius_m": 0.03, "width_m": 0.02, "filament_count": 100});
+/// A brush of one filament on a body of this radius (m), with other settings.
+fn of_one(body_radius_m: f64, mut others: Value) -> Settings {
+    others["tool"] = json!({
+        "kind": "round", "body_radius_m": body_radius_m, "width_m": 0.02, "filament_count": 100,
+    });
     others["brush"] = json!({"columns": 1, "rows": 1, "steady": false});
     serde_json::from_value(others).expect("settings")
 }
@@ -77,19 +78,22 @@ fn of_one(mut others: Value) -> Settings {
 /// each turn takes its part of the contact.
 #[test]
 fn a_contact_that_spans_two_turns_is_split_where_the_turn_ends() {
-    let settings = of_one(json!({
-        "filament": {
-            "segments": 4, "length_m": 0.014_62, "diameter_m": 0.000_118, "density_kg_m3": 8500,
-            "youngs_modulus_pa": 1e11, "damping_ratio": 0.133,
-        },
-        "contact": {"stiffness_n_m": 22_290},
-        "workpiece": {
-            "kind": "chamfer", "side": "leaving", "offset_m": 0.000_618,
-            "included_angle_rad": 1.5592, "edge_radius_m": 0.000_683, "chamfer_width_m": 0.003_079,
-            "chamfer_angle_rad": 1.005,
-        },
-        "process": {"brushing_velocity_m_s": 37.8, "penetration_depth_m": 0.000_567, "turns": 2},
-    }));
+    let settings = of_one(
+        0.03,
+        json!({
+            "filament": {
+                "segments": 4, "length_m": 0.014_62, "diameter_m": 0.000_118, "density_kg_m3": 8500,
+                "youngs_modulus_pa": 1e11, "damping_ratio": 0.133,
+            },
+            "contact": {"stiffness_n_m": 22_290},
+            "workpiece": {
+                "kind": "chamfer", "side": "leaving", "offset_m": 0.000_618,
+                "included_angle_rad": 1.5592, "edge_radius_m": 0.000_683, "chamfer_width_m": 0.003_079,
+                "chamfer_angle_rad": 1.005,
+            },
+            "process": {"brushing_velocity_m_s": 37.8, "penetration_depth_m": 0.000_567, "turns": 2},
+        }),
+    );
     let brush = simulate_brush(&settings, 1).expect("a brush");
     let alone = simulate(&settings).expect("a pass");
     let turns = brush.turn_contact_normal_impulses_n_s.iter();
@@ -107,21 +111,57 @@ fn a_contact_that_spans_two_turns_is_split_where_the_turn_ends() {
 /// The centreline of the filament passes the edge, its rounded tip grazes it.
 #[test]
 fn a_tip_that_grazes_the_workpiece_without_nominal_contact_is_simulated() {
-    let settings = of_one(json!({
-        "filament": {
-            "segments": 1, "length_m": 0.0459, "diameter_m": 0.001_09, "density_kg_m3": 1815,
-            "youngs_modulus_pa": 7.84e9, "damping_ratio": 0.3,
-        },
-        "contact": {"stiffness_n_m": 11_335, "radius_m": 0.000_094},
-        "workpiece": {
-            "kind": "edge", "side": "entering", "offset_m": 0.011_854,
-            "included_angle_rad": 2.191, "edge_radius_m": 0.001_193,
-        },
-        "process": {"brushing_velocity_m_s": 34.4, "penetration_depth_m": 0.001},
-    }));
+    let settings = of_one(
+        0.03,
+        json!({
+            "filament": {
+                "segments": 1, "length_m": 0.0459, "diameter_m": 0.001_09, "density_kg_m3": 1815,
+                "youngs_modulus_pa": 7.84e9, "damping_ratio": 0.3,
+            },
+            "contact": {"stiffness_n_m": 11_335, "radius_m": 0.000_094},
+            "workpiece": {
+                "kind": "edge", "side": "entering", "offset_m": 0.011_854,
+                "included_angle_rad": 2.191, "edge_radius_m": 0.001_193,
+            },
+            "process": {"brushing_velocity_m_s": 34.4, "penetration_depth_m": 0.001},
+        }),
+    );
     let brush = simulate_brush(&settings, 1).expect("a brush").tool;
     let alone = simulate(&settings).expect("a pass").metrics;
     assert!(alone.nominal_contact_time_s == 0.0 && alone.contact_count == 1);
     let [here, there] = [&brush, &alone].map(|metrics| metrics.contact_normal_impulse_n_s);
     assert!((here / there - 1.0).abs() < 3e-3, "{here} {there}");
+}
+
+/// A filament touches as its pass ends, and bounces once more soon after.
+#[test]
+fn a_contact_ends_the_run_that_it_prolongs() {
+    let settings = of_one(
+        0.024_029_17,
+        json!({
+            "filament": {
+                "segments": 2, "length_m": 0.060_290_41,
+                "diameter_m": 0.001_158_369,
+                "tip_diameter_m": 0.001_065_023,
+                "density_kg_m3": 1_745.008,
+                "youngs_modulus_pa": 2.611_092e9,
+                "damping_ratio": 0.034_781_44,
+            },
+            "contact": {"stiffness_n_m": 368_597.6},
+            "workpiece": {
+                "kind": "edge", "side": "entering", "offset_m": 0.014_048_73,
+                "included_angle_rad": 1.750_421,
+                "edge_radius_m": 0.000_187_320_2,
+            },
+            "process": {
+                "brushing_velocity_m_s": 1.866_676,
+                "penetration_depth_m": 0.003_751_047,
+            },
+        }),
+    );
+    let brush = simulate_brush(&settings, 1).expect("a brush").tool;
+    let alone = simulate(&settings).expect("a pass").metrics;
+    let [here, there] = [&brush, &alone].map(|metrics| metrics.contact_normal_impulse_n_s);
+    assert!((here / there - 1.0).abs() < 1e-3, "{here} {there}");
+    assert_eq!((brush.contact_count, alone.contact_count), (13, 13));
 }

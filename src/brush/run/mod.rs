@@ -379,7 +379,13 @@ impl BrushRun {
                 .end_of_turn(self.turn_impulses().len() + 1)
                 .min(self.samples),
         };
-        let to = ((self.done / CHECKPOINT_STRIDE + 1) * CHECKPOINT_STRIDE).min(end);
+        let to = if self.done < self.samples {
+            ((self.done / CHECKPOINT_STRIDE + 1) * CHECKPOINT_STRIDE).min(end)
+        } else {
+            // A contact that goes on beyond the expected end ends the run: the next one, of a
+            // filament that bounces, does not count in a pass, either.
+            (self.done + 1).min(end)
+        };
         if self.done >= to {
             return self.begin_anew();
         }
