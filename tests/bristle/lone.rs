@@ -1,9 +1,9 @@
 //! Brushes whose filaments do not touch have the results of passes. `tests/agreement` compares
 //! random brushes of one filament with their passes.
 
-use bristle::brush::simulate_brush;
+use bristle::brush::{BrushResult, simulate_brush};
 use bristle::model::settings::{BrushSettings, Ends, Pattern, Settings};
-use bristle::simulation::{Pass, Sampling, simulate};
+use bristle::simulation::{Pass, Sampling, Simulation, simulate};
 use serde_json::{Value, json};
 
 use crate::common::metric;
@@ -65,20 +65,29 @@ fn filaments_of_a_tilted_brush_are_those_along_its_trim() {
     );
 }
 
-/// A brush of one filament on a body of this radius (m), with other settings.
-fn of_one(body_radius_m: f64, mut others: Value) -> Settings {
+/// The results of a brush of one filament, on a body of this radius (m), and of its pass.
+fn brush_and_pass(body_radius_m: f64, mut others: Value) -> (BrushResult, Simulation) {
     others["tool"] = json!({
         "kind": "round", "body_radius_m": body_radius_m, "width_m": 0.02, "filament_count": 100,
     });
     others["brush"] = json!({"columns": 1, "rows": 1, "steady": false});
-    serde_json::from_value(others).expect("settings")
+    let settings: Settings = serde_json::from_value(others).expect("settings");
+    let brush = simulate_brush(&settings, 1).expect("a brush");
+    (brush, simulate(&settings).expect("a pass"))
+}
+
+/// The relative difference of the impulses of both.
+fn impulse_difference(brush: &BrushResult, pass: &Simulation) -> f64 {
+    let [here, there] =
+        [&brush.tool, &pass.metrics].map(|metrics| metrics.contact_normal_impulse_n_s);
+    (here / there - 1.0).abs()
 }
 
 /// A filament of wire swings ahead on an edge with a chamfer, and still presses when its turn ends:
 /// each turn takes its part of the contact.
 #[test]
 fn a_contact_that_spans_two_turns_is_split_where_the_turn_ends() {
-    let settings = of_one(
+    let (brush, pass) = brush_and_pass(
         0.03,
         json!({
             "filament": {
@@ -88,30 +97,30 @@ fn a_contact_that_spans_two_turns_is_split_where_the_turn_ends() {
             "contact": {"stiffness_n_m": 22_290},
             "workpiece": {
                 "kind": "chamfer", "side": "leaving", "offset_m": 0.000_618,
-                "included_angle_rad": 1.5592, "edge_radius_m": 0.000_683, "chamfer_width_m": 0.003_079,
-                "chamfer_angle_rad": 1.005,
+                "included_angle_rad": 1.5592, "edge_radius_m": 0.000_683,
+                "chamfer_width_m": 0.003_079, "chamfer_angle_rad": 1.005,
             },
-            "process": {"brushing_velocity_m_s": 37.8, "penetration_depth_m": 0.000_567, "turns": 2},
+            "process": {
+                "brushing_velocity_m_s": 37.8, "penetration_depth_m": 0.000_567, "turns": 2,
+            },
         }),
     );
-    let brush = simulate_brush(&settings, 1).expect("a brush");
-    let alone = simulate(&settings).expect("a pass");
     let turns = brush.turn_contact_normal_impulses_n_s.iter();
-    for (here, there) in turns.zip(&alone.turn_contact_normal_impulses_n_s) {
+    for (here, there) in turns.zip(&pass.turn_contact_normal_impulses_n_s) {
         assert!((here / there - 1.0).abs() < 3e-4, "{here} {there}");
     }
     assert_eq!(
-        (brush.tool.contact_count, alone.metrics.contact_count),
+        (brush.tool.contact_count, pass.metrics.contact_count),
         (2, 2)
     );
-    let peaks = [&brush.tool, &alone.metrics].map(|metrics| metrics.peak_contact_normal_force_n);
+    let peaks = [&brush.tool, &pass.metrics].map(|metrics| metrics.peak_contact_normal_force_n);
     assert!((peaks[0] / peaks[1] - 1.0).abs() < 1e-3, "{peaks:?}");
 }
 
 /// The centreline of the filament passes the edge, its rounded tip grazes it.
 #[test]
 fn a_tip_that_grazes_the_workpiece_without_nominal_contact_is_simulated() {
-    let settings = of_one(
+    let (brush, pass) = brush_and_pass(
         0.03,
         json!({
             "filament": {
@@ -126,17 +135,15 @@ fn a_tip_that_grazes_the_workpiece_without_nominal_contact_is_simulated() {
             "process": {"brushing_velocity_m_s": 34.4, "penetration_depth_m": 0.001},
         }),
     );
-    let brush = simulate_brush(&settings, 1).expect("a brush").tool;
-    let alone = simulate(&settings).expect("a pass").metrics;
-    assert!(alone.nominal_contact_time_s == 0.0 && alone.contact_count == 1);
-    let [here, there] = [&brush, &alone].map(|metrics| metrics.contact_normal_impulse_n_s);
-    assert!((here / there - 1.0).abs() < 3e-3, "{here} {there}");
+    assert!(pass.metrics.nominal_contact_time_s == 0.0 && pass.metrics.contact_count == 1);
+    let difference = impulse_difference(&brush, &pass);
+    assert!(difference < 3e-3, "{difference}");
 }
 
 /// A filament touches as its pass ends, and bounces once more soon after.
 #[test]
 fn a_contact_ends_the_run_that_it_prolongs() {
-    let settings = of_one(
+    let (brush, pass) = brush_and_pass(
         0.024_029_17,
         json!({
             "filament": {
@@ -159,9 +166,10 @@ fn a_contact_ends_the_run_that_it_prolongs() {
             },
         }),
     );
-    let brush = simulate_brush(&settings, 1).expect("a brush").tool;
-    let alone = simulate(&settings).expect("a pass").metrics;
-    let [here, there] = [&brush, &alone].map(|metrics| metrics.contact_normal_impulse_n_s);
-    assert!((here / there - 1.0).abs() < 1e-3, "{here} {there}");
-    assert_eq!((brush.contact_count, alone.contact_count), (13, 13));
+    let difference = impulse_difference(&brush, &pass);
+    assert!(difference < 1e-3, "{difference}");
+    assert_eq!(
+        (brush.tool.contact_count, pass.metrics.contact_count),
+        (13, 13)
+    );
 }

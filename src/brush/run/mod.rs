@@ -382,8 +382,8 @@ impl BrushRun {
         let to = if self.done < self.samples {
             ((self.done / CHECKPOINT_STRIDE + 1) * CHECKPOINT_STRIDE).min(end)
         } else {
-            // A contact that goes on beyond the expected end ends the run: the next one, of a
-            // filament that bounces, does not count in a pass, either.
+            // Sample by sample: the run ends with the contact that goes on, as a pass does. Filaments
+            // that bounce would soon touch again.
             (self.done + 1).min(end)
         };
         if self.done >= to {

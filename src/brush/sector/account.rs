@@ -123,6 +123,7 @@ impl Account {
         let [entry, exit] = contact_part(start.pressing, end.pressing);
         let touching = [entry.max(from), exit.min(to)];
         if touching[1] > touching[0] {
+            // A contact that goes on from the turn before counts in this one, too.
             let is_new = entry > from || start.pressing <= 0.0 || record.time == 0.0;
             record.count += usize::from(is_new);
             record.add_time(
