@@ -236,8 +236,9 @@ class BrushMetrics(ContactMetrics, TypedDict):
     """Last column that counts."""
 
     impulse_error_estimate: float
-    """Error estimate of the mean p_n, over it: the embedded error estimate of the steps, and
-    the standard error of the mean over columns."""
+    """Error estimate of the mean p_n, over it: the embedded error estimate of the steps (or the
+    difference from filaments alone, if none touches another), and the standard error of the mean
+    over columns."""
 
     energy_residual: float
     """Energy that is lacking in the balance of the brush, over that put in and taken."""

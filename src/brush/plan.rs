@@ -116,6 +116,7 @@ impl SectorPlan<'_> {
             Timetable {
                 begin: delay,
                 turn: pass.turn_time(),
+                tail: pass.tail_time().map(|time| time + delay),
                 touches,
             }
         };

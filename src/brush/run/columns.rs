@@ -39,7 +39,7 @@ impl BrushRun {
         let time = self.sample_time(self.done);
         let is_on_its_way = |(root, &[number, index]): (&Root, &[usize; 2])| {
             let end = self.pass.end_time() + root.angle / self.pass.tool().rate;
-            time < end || self.sectors[number].1.accounts()[index].is_touching()
+            time < end || self.sectors[number].1.accounts()[index].is_in_first_turn()
         };
         let next = self
             .arrangement

@@ -51,7 +51,10 @@ impl BrushRun {
         if self.has_settled {
             self.leave_out_resting();
         }
-        let turn_impulses = self.turn_impulses();
+        let turn_impulses = match self.pass.tail_time() {
+            Some(_) => Vec::new(),
+            None => self.turn_impulses(),
+        };
         let residuals = self.residuals();
         let step_error = self.step_error();
         let mut pairs = Vec::new();
@@ -118,15 +121,19 @@ impl BrushRun {
         }
         let alone = self.alone(&filaments)?;
         let impulse = alone.contact_normal_impulse_n_s;
+        // Where no filament touches another, passes are the better model.
+        let mean = tool.contact_normal_impulse_n_s;
+        let model_error = if pairs.is_empty() && !tool.unsteady_turns && mean > 0.0 {
+            (1.0 - impulse / mean).abs()
+        } else {
+            0.0
+        };
         let impulse_error_estimate = step_error
+            .max(model_error)
             .hypot(stretch.standard_error)
             .hypot(tool.impulse_standard_error);
         Ok(BrushResult {
-            interaction_factor: if impulse > 0.0 {
-                tool.contact_normal_impulse_n_s / impulse
-            } else {
-                0.0
-            },
+            interaction_factor: if impulse > 0.0 { mean / impulse } else { 0.0 },
             filaments,
             tool,
             alone,

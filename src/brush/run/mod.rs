@@ -372,20 +372,14 @@ impl BrushRun {
         self.allow_errors()?;
         let end = match turns {
             _ if self.has_settled || self.has_steady_turns() => self.done,
-            Turns::Count(1) if self.done >= self.samples && self.is_touching() => self.max_samples,
+            Turns::Count(1) if self.done >= self.samples && self.is_prolonged() => self.max_samples,
             Turns::Count(_) => self.samples,
             // Each turn may be the last.
             Turns::Steady => self
                 .end_of_turn(self.turn_impulses().len() + 1)
                 .min(self.samples),
         };
-        let to = if self.done < self.samples {
-            ((self.done / CHECKPOINT_STRIDE + 1) * CHECKPOINT_STRIDE).min(end)
-        } else {
-            // Sample by sample: the run ends with the contact that goes on, as a pass does. Filaments
-            // that bounce would soon touch again.
-            (self.done + 1).min(end)
-        };
+        let to = ((self.done / CHECKPOINT_STRIDE + 1) * CHECKPOINT_STRIDE).min(end);
         if self.done >= to {
             return self.begin_anew();
         }
@@ -529,15 +523,16 @@ impl BrushRun {
         self.pass.turns() == Turns::Steady && are_steady(&self.turn_impulses())
     }
 
-    /// Returns `true` if a filament that is followed to the end of its contact still touches.
-    fn is_touching(&self) -> bool {
+    /// Returns `true` if a filament that is followed to the end of its contact still touches, once
+    /// all have reached their tail angles.
+    fn is_prolonged(&self) -> bool {
         self.arrangement
             .roots
             .iter()
             .zip(&self.places)
             .any(|(root, &[number, index])| {
                 root.column < self.followed
-                    && self.sectors[number].1.accounts()[index].is_touching()
+                    && self.sectors[number].1.accounts()[index].is_in_first_turn()
             })
     }
 

@@ -18,6 +18,8 @@ pub struct Timetable {
     pub begin: f64,
     /// Duration of a turn.
     pub turn: f64,
+    /// Tail angle of a single turn, see [`Pass::tail_time`](crate::simulation::Pass::tail_time).
+    pub tail: Option<f64>,
     /// Intervals in which the undeformed filament touches in the first turn.
     pub touches: Vec<[f64; 2]>,
 }
@@ -47,9 +49,9 @@ impl Account {
             && self.record.count <= MAX_COUNT
     }
 
-    /// Returns `true` if the filament touches the workpiece in its first turn.
-    pub fn is_touching(&self) -> bool {
-        self.load.pressing > 0.0 && self.record.turn == 1
+    /// Returns `true` until the first turn ends.
+    pub fn is_in_first_turn(&self) -> bool {
+        self.record.turn == 1
     }
 
     /// Returns the last turn that has ended, or the first one.
@@ -64,7 +66,8 @@ impl Account {
 
     /// Adds a step from `begin` over `h` (s), with the loads at its middle stage and its end, and
     /// the tip deflection (m) there, over a workpiece with these `edges`. A turn that ends within
-    /// the step takes its part of it: a filament that swings ahead presses in two turns.
+    /// the step takes its part of it: a filament that swings ahead presses in two turns. A single
+    /// turn takes all of the contact that goes on.
     pub(super) fn observe(
         &mut self,
         loads: [&WorkpieceLoad; 2],
@@ -73,16 +76,18 @@ impl Account {
         edges: &[Edge],
     ) {
         let ended = (self.end_of_turn() - begin) / h;
-        if ended < 1.0 - ROUNDING_SHARE {
+        let [_, end] = loads;
+        let [entry, exit] = contact_part(self.load.pressing, end.pressing);
+        let goes_on = self.timetable.tail.is_some() && (entry..exit).contains(&ended.max(0.0));
+        if ended < 1.0 - ROUNDING_SHARE && !goes_on {
             let [before, after] = StepPart::split(ended);
             self.add(loads, times, edges, &before);
-            self.end_turn(begin + h, h);
+            self.begin_turn();
             self.add(loads, times, edges, &after);
         } else {
             self.add(loads, times, edges, &StepPart::whole());
         }
         self.record.max_deflection = self.record.max_deflection.max(deflection);
-        let [_, end] = loads;
         self.load = *end;
         self.end_turn(begin + h, h);
     }
@@ -148,18 +153,28 @@ impl Account {
         }
     }
 
-    /// Returns the end of the current turn in s.
+    /// Returns the end of the current turn in s. After a single turn, the filament is out of use.
     fn end_of_turn(&self) -> f64 {
-        let Timetable { begin, turn, .. } = &self.timetable;
-        begin + self.record.turn as f64 * turn
+        let Timetable {
+            begin, turn, tail, ..
+        } = &self.timetable;
+        match tail {
+            Some(tail) if self.is_in_first_turn() => *tail,
+            Some(_) => f64::INFINITY,
+            None => begin + self.record.turn as f64 * turn,
+        }
     }
 
-    /// Ends the turn if a step of `h` (s) to `end` (s) reaches its end. The last turn ends with the
-    /// simulation.
+    /// Ends the turn if a step of `h` (s) to `end` (s) reaches its end, and no contact prolongs it.
     pub(super) fn end_turn(&mut self, end: f64, h: f64) {
-        if end < self.end_of_turn() - ROUNDING_SHARE * h {
-            return;
+        let goes_on = self.timetable.tail.is_some() && self.load.pressing > 0.0;
+        if end >= self.end_of_turn() - ROUNDING_SHARE * h && !goes_on {
+            self.begin_turn();
         }
+    }
+
+    /// Begins the next turn.
+    fn begin_turn(&mut self) {
         self.impulses.push(self.record.impulse);
         self.completed.push(self.record);
         self.record = ContactRecord::of_turn(self.record.turn + 1);

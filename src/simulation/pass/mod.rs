@@ -261,10 +261,16 @@ impl<T: Tool + Clone, W: Workpiece + Clone> Pass<T, W> {
     /// one. A pass can end earlier if it becomes steady, and later if the filament of a single turn
     /// still touches the workpiece.
     pub fn end_time(&self) -> f64 {
-        match self.turns.at_most() {
-            0 | 1 if !self.all_round => self.pass_time(),
-            turns => start_of_turn(turns + self.turns_before(), self.turn_time()),
-        }
+        self.tail_time().unwrap_or_else(|| {
+            let turns = self.turns.at_most() + self.turns_before();
+            start_of_turn(turns, self.turn_time())
+        })
+    }
+
+    /// Returns the time of the tail angle in s, if a single turn ends there or with the contact that
+    /// goes on. `None` if turns are whole.
+    pub fn tail_time(&self) -> Option<f64> {
+        (self.turns == Turns::Count(1) && !self.all_round).then(|| self.pass_time())
     }
 
     /// Returns the number of turns before the first that counts: one if the workpiece rises to

@@ -50,7 +50,7 @@ bristle::record! {
             ["", "", "last column that counts", "the metrics are means over the filaments from the first to the last"],
         impulse_error_estimate: f64 = [
             "", "", "error estimate of the impulse",
-            "error of the mean p_n, over it: the embedded error estimate of the steps, and the standard error of the mean over columns"
+            "error of the mean p_n, over it: the embedded error estimate of the steps (or the difference from filaments alone, if none touches another), and the standard error of the mean over columns"
         ],
         energy_residual: f64 = [
             "", "", "residual of the energy",
